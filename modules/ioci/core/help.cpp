@@ -4,6 +4,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/example_arguments.h"
+#include "ioci/core/result_types.h"
 #include "kernel/literal.h"
 #include "kernel/type.h"
 #include "kernel/type_forms.h"
@@ -185,6 +186,7 @@ Result<Value> table(CommandContext& ctx, const Map& args) {
                             {"declared", spec->returns.type},
                             {"unit", spec->returns.unit},
                             {"doc", spec->returns.doc},
+                            {"form", type_value(type_tree(result_type(spec->returns)))},
                             {"fields", describe_params(spec->returns.fields, false)}}}};
     if (const std::string_view text = example_arguments(spec->name); !text.empty())
       if (auto example = read_literal(text); example.ok())
@@ -272,7 +274,8 @@ RMP_COMMANDS(help_commands) {
                    "effect, declared (the type in full) and form (the type as nested tables; "
                    "schema.types lists the named ones)."),
              field("returns", "map", "",
-                   "Type, declared type, unit, doc and fields of the result.")}},
+                   "Type, declared type, unit, doc and fields of the result, and form (the type as "
+                   "nested tables).")}},
        .effect = Effect::reads,
        .run = table});
   all.push_back(
