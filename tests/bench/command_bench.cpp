@@ -109,6 +109,22 @@ void text_of_a_large_world(benchmark::State& state) {
 }
 BENCHMARK(text_of_a_large_world)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 
+/// What a form asks when it is drawn: the choices of each argument, and what all commands take.
+void choices_of_a_form(benchmark::State& state) {
+  Program p(kHall + kMany + "cell:add_objects(many)");
+  for (auto _ : state)
+    p.run(
+        "for _, a in ipairs{'id', 'what', 'name'} do schema.choices{command = "
+        "'world.add_object', argument = a, given = {id = 'cell'}} end");
+}
+BENCHMARK(choices_of_a_form)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
+void describe_all_commands(benchmark::State& state) {
+  Program p(kHall);
+  for (auto _ : state) benchmark::DoNotOptimize(p.app->dispatch(p.session, "ioci.describe", Map()));
+}
+BENCHMARK(describe_all_commands)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
 void place_in_a_large_world(benchmark::State& state) {
   Program p(kHall + kMany + "cell:add_objects(many)");
   for (auto _ : state)
