@@ -15,21 +15,64 @@ namespace {
 /// In order of kinds and paths. A field with a function `counts` has its condition here in words;
 /// a test compares the two.
 constexpr FieldNote kFieldNotes[] = {
+    {"robot", "links.parent", "",
+     "Number or name of its parent link, \"base\" for the base; by default the link before."},
+    {"robot", "links.joint", "",
+     "Type of motion. universal: rotates about z, then the new x; cylindrical: slides along z and "
+     "rotates about it; planar: slides along x and y, rotates about z; spherical: a ball joint; "
+     "free: all six."},
     {"robot", "links.row", "@group(Place in the parent) @when(origin is absent)"},
-    {"robot", "links.convention", "@group(Place in the parent) @when(origin is absent)"},
-    {"robot", "links.origin", "@group(Place in the parent)"},
-    {"robot", "links.axis", "@group(Place in the parent) @when(origin is present)"},
+    {"robot", "links.row.d", "", "Link offset; the value of a prismatic joint is added to it."},
+    {"robot", "links.row.theta", "", "Joint angle; the value of a revolute joint is added to it."},
+    {"robot", "links.convention", "@group(Place in the parent) @when(origin is absent)",
+     "Convention of this row; by default that of the robot."},
+    {"robot", "links.origin", "@group(Place in the parent)",
+     "Instead of a row: placement of the link in its parent link's frame at joint value 0: a "
+     "position such as {0.1, 0, 0}, a pose, or {position = ..., rpy = ...}. false returns to the "
+     "row."},
+    {"robot", "links.axis", "@group(Place in the parent) @when(origin is present)",
+     "With an origin: the joint's axis in the link's frame; {0, 0, 1} if omitted."},
+    {"robot", "links.mimic", "",
+     "The joint follows another one: {link = ..., ratio = 1, offset = 0}; its value is ratio times "
+     "the other value plus offset. false makes it independent."},
+    {"robot", "links.passive", "", "The joint has no motor: springs, gravity or a loop move it."},
     {"robot", "links.lower", "@group(Limits)"},
     {"robot", "links.upper", "@group(Limits)"},
     {"robot", "links.max_velocity", "@group(Limits)"},
     {"robot", "links.max_acceleration", "@group(Limits)"},
     {"robot", "links.max_jerk", "@group(Limits)"},
-    {"robot", "links.max_force", "@group(Limits)"},
+    {"robot", "links.max_force", "@group(Limits)",
+     "Greatest torque or force of the joint, at the output of the gear."},
     {"robot", "links.drive", "@group(Drive)"},
+    {"robot", "links.drive.motor_inertia", "",
+     "Jm, inertia of the rotor at the motor; gear_ratio^2 Jm at the joint."},
+    {"robot", "links.drive.gear_ratio", "",
+     "G, revolutions of the motor per revolution of the joint (radians per metre for a prismatic "
+     "one); negative if the motor turns against the joint."},
+    {"robot", "links.drive.viscous", "",
+     "B, viscous friction at the motor; gear_ratio^2 B at the joint."},
+    {"robot", "links.drive.coulomb_positive", "",
+     "Tc+, not below 0: Coulomb friction at the motor while the velocity of the joint is positive, "
+     "whatever the sign of gear_ratio; abs(gear_ratio) Tc+ at the joint."},
+    {"robot", "links.drive.coulomb_negative", "",
+     "Tc-, not above 0: Coulomb friction at the motor while the velocity of the joint is negative, "
+     "whatever the sign of gear_ratio; abs(gear_ratio) Tc- at the joint."},
     {"robot", "links.spring", "@group(Drive) @advanced"},
     {"robot", "links.given", "@group(Mass)"},
-    {"robot", "links.parts", "@group(Mass)"},
-    {"robot", "ik", "provider:ik @group(Solvers)"},
+    {"robot", "links.given.mass", "", "Published mass."},
+    {"robot", "links.given.com", "", "Published centre of mass in the link's frame."},
+    {"robot", "links.given.inertia", "",
+     "Published inertia about the centre of mass: {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a 3x3 matrix, "
+     "elements of the tensor."},
+    {"robot", "links.parts", "@group(Mass)",
+     "Designed bodies: {what = solid or object, placement or position with angles}."},
+    {"robot", "base_parts", "",
+     "Designed bodies of the base: {what = solid or object, placement or position with angles}."},
+    {"robot", "base_mass", "",
+     "Published mass of the base: mass, com and inertia about it in the base's frame, as for a "
+     "link. A mass of 0 removes it."},
+    {"robot", "ik", "provider:ik @group(Solvers)",
+     "Inverse kinematics provider: name, or {name = ..., params = {...}}."},
     {"robot", "inverse_dynamics", "provider:inverse_dynamics @group(Solvers)"},
     {"robot", "forward_dynamics", "provider:forward_dynamics @group(Solvers)"},
     {"robot", "controller", "provider:controller @group(Solvers)"},
@@ -55,7 +98,7 @@ constexpr FieldNote kFieldNotes[] = {
     {"task", "steps.joints", "joints of robot @when(kind is move)"},
     {"task", "steps.target", "@when(kind is move)"},
     {"task", "steps.frame", "member:frame of world @when(kind is move and target is present)"},
-    {"task", "steps.profile", "@when(kind is move)"},
+    {"task", "steps.profile", "enum(quintic|trapezoidal|s_curve|time_optimal) @when(kind is move)"},
     {"task", "steps.is_straight", "@when(kind is move and target is present)"},
     {"task", "steps.speed", "@when(kind is move)"},
     {"task", "steps.tool_speed", "@when(kind is move)"},
@@ -139,7 +182,7 @@ Schema struct_params(std::string_view kind, std::string_view path, const Type& t
     // Its fields are among the owner's, and count and are grouped as it does.
     const FieldNote* note = note_of(kind, joined_path(path, f.name));
     for (ParamSpec& p : struct_params(kind, joined_path(path, f.name), *f.type)) {
-      if (note) p.type += " " + std::string(note->type);
+      if (note && !note->type.empty()) p.type += " " + std::string(note->type);
       out.push_back(std::move(p));
     }
   }
@@ -175,12 +218,14 @@ ParamSpec field_param(std::string_view kind, std::string_view path, const Field&
   p.max = f.max;
   p.infinite = f.may_be_infinite;
   const FieldNote* note = note_of(kind, path);
-  if (note && !note->type.starts_with('@')) {
-    p.type = note->type;
+  const std::string_view type = note ? note->type : std::string_view();
+  if (!type.empty() && !type.starts_with('@')) {
+    p.type = type;
   } else {
     p.type = type_of_field(kind, path, f, *f.type);
-    if (note) p.type += " " + std::string(note->type);
+    if (!type.empty()) p.type += " " + std::string(type);
   }
+  if (note && !note->doc.empty()) p.doc = note->doc;
   return p;
 }
 

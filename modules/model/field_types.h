@@ -16,8 +16,10 @@ namespace robomosp::model {
 struct FieldNote {
   std::string_view kind;  ///< of record: "task"
   std::string_view path;  ///< of names of fields: "steps.pose"
-  /// Type with notes; a type that begins with @ has notes only.
+  /// Type with notes; a type that begins with @ has notes only, and an empty one none.
   std::string_view type;
+  /// What arguments of commands say in place of the declaration's sentence; may be empty.
+  std::string_view doc = {};
 };
 [[nodiscard]] std::span<const FieldNote> field_notes();
 /// The field that a note is about, and the struct that has it; nulls = there is none.

@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::string_view kOfRobot = "joints of id or member:pose of id";
 constexpr std::string_view kOfWorldRobot = "joints of robot or member:pose of robot";
-constexpr std::string_view kInertiaType = "vec(Ixx, Iyy, Izz, Ixy, Iyz, Ixz) or matrix(3, 3)";
 constexpr std::string_view kWordsType = "string or list<string>";
 
 constexpr ArgumentType kArgumentTypes[] = {
@@ -49,7 +48,6 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"link", "robot.*", "member:link of id or int"},
     {"joint", "robot.*", "member:joint of id or int"},
     {"joint", "program.bind", "member:joint of robot"},
-    {"parent", "robot.add_link robot.set_link", "member:link of id or int"},
     {"tip", "world.*", "member:tip of robot"},
     {"tip", "recording.*", "member:tip of robot"},
     {"tip", "*", "member:tip of id"},
@@ -119,8 +117,6 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"provider", "robot.generate_code", "any<provider:robot_code(name)>"},
     {"provider", "robot.*", "provider:inverse_dynamics"},
     {"ik", "*", "provider:ik"},
-    {"inverse_dynamics", "*", "provider:inverse_dynamics"},
-    {"forward_dynamics", "*", "provider:forward_dynamics"},
     {"controller", "robot.* world.*", "provider:controller"},
     {"integrator", "*", "provider:integrator"},
     {"engine", "*", "provider:physics"},
@@ -136,24 +132,10 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"value", "*.set_parameter", "expression"},
     {"kind", "record.* schema.*", "member:kind"},
     {"links", "robot.create", "any<list<type:link or real[]>>"},
-    {"origin", "robot.add_link robot.set_link", "bool or vec3 or pose"},
-    {"mimic", "robot.add_link robot.set_link",
-     "bool or map{link: member:link of id or int; ratio?: real; offset?: real}"},
-    {"lower", "robot.add_link robot.set_link", "any<real [rad|m] @infinite>"},
-    {"upper", "robot.add_link robot.set_link", "any<real [rad|m] @infinite>"},
-    {"max_velocity", "robot.add_link robot.set_link", "any<real [rad/s|m/s] @infinite>"},
-    {"max_acceleration", "robot.add_link robot.set_link", "any<real [rad/s^2|m/s^2] @infinite>"},
-    {"max_jerk", "robot.add_link robot.set_link", "any<real [rad/s^3|m/s^3] @infinite>"},
-    {"max_force", "robot.add_link robot.set_link", "any<real [N m|N] @infinite>"},
-    {"stiffness", "robot.add_link robot.set_link", "any<real [N m/rad|N/m]>"},
-    {"rest", "robot.add_link robot.set_link", "any<real [rad|m]>"},
-    {"parts", "robot.add_link robot.set_link", "list<type:body>"},
-    {"base_parts", "robot.*", "list<type:body>"},
     {"parts", "robot.generate_code", "list<string>"},
     {"parts", "object.create", "list<type:part>"},
     {"tcps", "object.create", "list<type:tcp>"},
     {"inertia", "*", kInertiaType},
-    {"base_mass", "robot.*", "type:mass"},
     {"base_motion", "*", "map<expression>"},
     {"axes", "robot.create robot.set_axes", "list<type:axis>"},
     {"goals", "robot.solve_goals",
@@ -173,7 +155,6 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"objects", "world.add_objects", "list<type:placed_object>"},
     {"bindings", "program.run_remote", "list<type:binding>"},
     // Poses and directions.
-    {"axis_angle", "*", "vec(x, y, z, angle) or map{axis: vec3; angle: real [rad]}"},
     {"targets", "robot.solve_ik_batch world.plan_path", "list<pose>"},
     {"targets", "program.compare_targets", "list<string>"},
     {"euler", "rotation.convert", "map{sequence: string; angles: vec3 [rad]}"},
@@ -184,11 +165,6 @@ constexpr ArgumentType kArgumentTypes[] = {
     // Pictures.
     {"background", "*", "enum(studio|white|transparent) or colour"},
     {"colour", "*", "colour"},
-    {"emission", "*", "colour"},
-    {"ambient", "*", "colour or string"},
-    {"specular", "*", "colour or string"},
-    {"skin_colour", "*", "colour"},
-    {"skin_accent", "*", "colour"},
     // Runs.
     {"speed", "run.*", "real or enum(max)"},
     {"physics", "program.run world.run_task", "bool or type:task_physics"},
@@ -196,7 +172,6 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"objects", "world.simulate_physics", "list<type:physics_object>"},
     {"robots", "world.simulate_physics", "list<type:physics_robot>"},
     {"terms", "*", "list<enum(gravity|inertial|velocity|friction|external|spring)>"},
-    {"initial", "world.add_signal", "bool or real"},
     {"value", "world.set_signal", "bool or real"},
     {"lines", "program.run world.run_task", "list<string or real> or map<list<string or real>>"},
     {"lines", "program.run_alone", "list<string or real>"},

@@ -11,6 +11,9 @@
 
 namespace robomosp::ioci {
 
+inline constexpr std::string_view kInertiaType =
+    "vec(Ixx, Iyy, Izz, Ixy, Iyz, Ixz) or matrix(3, 3)";
+
 /// One meaning: of an argument in some commands, and the type that says it.
 struct ArgumentType {
   std::string_view argument;

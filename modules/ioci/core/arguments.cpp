@@ -213,7 +213,7 @@ Schema placement_fields(std::string frame) {
       optional("zyz", "vec3", "rad", "Instead of rpy: angles about the moving z, y and z axes."),
       optional("quaternion", "real[]", "",
                "Instead of rpy: rotation w, x, y, z of any length except zero."),
-      optional("axis_angle", "any", "",
+      optional("axis_angle", "vec(x, y, z, angle) or map{axis: vec3; angle: real [rad]}", "",
                "Instead of rpy: rotation {x, y, z, angle} or {axis = {x, y, z}, angle = angle}.")};
 }
 

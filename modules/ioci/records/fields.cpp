@@ -72,7 +72,7 @@ Result<Value> describe_fields(CommandContext& ctx, const Map& args) {
   return Value(describe_record(ctx.snapshot(), id));
 }
 
-Result<Value> set_fields(CommandContext& ctx, const Map& args) {
+Result<Value> set_many(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const AnyId id, record_given(ctx, args));
   const Value* value = args.find("value");
   RMP_TRY(set_path(ctx, id, text_of(args, "path"), value ? *value : Value()));
@@ -172,7 +172,7 @@ RMP_COMMANDS(field_commands) {
                   optional("value", "any", "", "Its new value.")},
        .returns = {},
        .effect = Effect::edits,
-       .run = set_fields,
+       .run = set_many,
        .takes_expressions = true},
       {.name = "record.save",
        .classic = "",

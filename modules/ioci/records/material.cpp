@@ -1,67 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <optional>
-
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 
 namespace robomosp::ioci {
 namespace {
 
 Schema look_and_mass(bool creating) {
-  const auto density = [&](ParamSpec p) {
-    p.min = 0;
-    p.required = creating;
-    return p;
-  };
-  return {
-      density(optional("density", "real", "kg/m^3", "Density; 0 for an appearance without mass.")),
-      optional("colour", "any", "",
-               "Base colour, \"#rrggbb\" or {r, g, b} from 0 to 1 (sRGB); a fourth component is "
-               "opacity."),
-      between(optional("opacity", "real", "", "0 invisible to 1 opaque."), 0, 1),
-      between(optional("shininess", "real", "", "0 matt to 1 mirror-like."), 0, 1),
-      between(optional("metalness", "real", "", "0 paint or plastic to 1 bare metal."), 0, 1),
-      optional("ambient", "any", "",
-               "Colour in the shade, given like colour; \"\" returns to the base colour."),
-      optional("specular", "any", "",
-               "Colour of highlights, given like colour; \"\" returns to that of metalness."),
-      optional("emission", "any", "", "Emitted light, given like colour; black is none."),
-      optional("description", "string", "", "Its description."),
-      optional("source", "string", "", "Source of the density.")};
-}
-
-/// A colour that "" takes away.
-Result<void> apply_colour(const Map& args, std::string_view name, std::optional<Colour>& to) {
-  if (!has(args, name)) return {};
-  const Value& value = *args.find(name);
-  if (value.as_string() && value.as_string()->empty()) {
-    to.reset();
-    return {};
+  Schema s =
+      led_by({"density", "colour", "shininess", "metalness", "ambient", "specular", "emission"},
+             record_params("material", ""));
+  param_named(s, "density").required = creating;
+  for (const char* colour : {"ambient", "specular"}) {
+    ParamSpec& p = param_named(s, colour);
+    p.type = "colour or string";
+    p.doc += " Given like colour; \"\" returns to that.";
   }
-  RMP_TRY_ASSIGN(to, read_colour(value, name));
-  return {};
+  param_named(s, "colour").doc =
+      "Base colour, \"#rrggbb\" or {r, g, b} from 0 to 1 (sRGB); a fourth component is opacity.";
+  s.insert(s.begin() + 2,
+           between(optional("opacity", "real", "", "0 invisible to 1 opaque."), 0, 1));
+  return s;
 }
 
 Result<void> apply(const Map& args, model::Material& m) {
-  if (has(args, "density")) m.density = real(args, "density");
+  const float opacity = m.colour.a;
+  RMP_TRY(set_fields(m, args));
   if (has(args, "colour")) {
     // Without a fourth part the opacity stays, as one works on colour and opacity in turn.
     const Value& value = *args.find("colour");
-    const float opacity = m.colour.a;
-    RMP_TRY_ASSIGN(m.colour, read_colour(value, "colour"));
     const bool has_alpha =
         value.as_string() ? value.as_string()->size() == 9 : reals(&value).size() == 4;
     if (!has_alpha) m.colour.a = opacity;
   }
   if (has(args, "opacity")) m.colour.a = static_cast<float>(real(args, "opacity"));
-  if (has(args, "shininess")) m.shininess = real(args, "shininess");
-  if (has(args, "metalness")) m.metalness = real(args, "metalness");
-  RMP_TRY(apply_colour(args, "ambient", m.ambient));
-  RMP_TRY(apply_colour(args, "specular", m.specular));
-  if (has(args, "emission")) {
-    RMP_TRY_ASSIGN(m.emission, read_colour(*args.find("emission"), "emission"));
-  }
-  if (has(args, "description")) m.description = text_of(args, "description");
-  if (has(args, "source")) m.source = text_of(args, "source");
   return {};
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 #include "ioci/records/field_values.h"
 #include "ioci/records/tool_centre_points.h"
 #include "kernel/fresh_names.h"
@@ -13,11 +14,9 @@ using model::Object;
 using model::ObjectPart;
 
 Schema part_schema() {
-  Schema s{needed("what", "ref:solid|object", "", "A solid or another object."),
-           optional("name", "string", "",
-                    "Name of the part within the object; by default that of the solid."),
-           optional("material", "ref:material", "", "Replaces the solid's own material.")};
-  for (ParamSpec& p : placement_fields("the object")) s.push_back(std::move(p));
+  Schema s = led_by({"what", "name", "material"}, record_params("object", "parts", "the object"));
+  param_named(s, "what").required = true;
+  param_named(s, "name").doc = "Name of the part within the object; by default that of the solid.";
   return s;
 }
 
@@ -30,8 +29,7 @@ FreshNames part_names(const Object& o) {
 Result<void> append(CommandContext& ctx, Object& o, FreshNames& taken, const Map& checked,
                     const Map& given, std::string_view path) {
   ObjectPart part;
-  part.what = ref(checked, "what");
-  if (has(checked, "material")) part.material = typed<model::Material>(checked, "material");
+  RMP_TRY(set_fields(part, checked, {"name"}));
   RMP_TRY_ASSIGN(part.placement, read_placement_fields(given, path));
   const std::string wanted =
       has(checked, "name") ? text_of(checked, "name") : ctx.snapshot().find(part.what)->name;

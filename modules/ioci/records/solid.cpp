@@ -4,6 +4,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 #include "ioci/records/field_values.h"
 #include "ioci/records/solid_nodes.h"
 
@@ -14,21 +15,12 @@ using model::Solid;
 using model::SolidNode;
 
 Schema solid_fields() {
-  return {optional("material", "ref:material", "", "Its material; without one it has no mass."),
-          above_zero(optional("chord", "real", "m",
-                              "Greatest distance of a mesh chord from the surface.")),
-          optional("description", "string", "", "Its description.")};
-}
-
-void apply_fields(const Map& args, Solid& s) {
-  if (has(args, "material")) s.material = typed<model::Material>(args, "material");
-  if (has(args, "chord")) s.chord = real(args, "chord");
-  if (has(args, "description")) s.description = text_of(args, "description");
+  return led_by({"material", "chord"}, without(record_params("solid", ""), {"measured", "nodes"}));
 }
 
 Result<Value> create_solid(CommandContext& ctx, const Map& args) {
   Solid s;
-  apply_fields(args, s);
+  RMP_TRY(set_fields(s, args));
   s.parametric = ctx.expressions.own();
   ctx.expressions.keep(s.parametric);
   RMP_TRY_ASSIGN(model::Branch tree, read_tree(ctx, *args.find("root"), {}, "root"));
@@ -75,8 +67,7 @@ Result<Value> set_solid(CommandContext& ctx, const Map& args) {
           return {};
         }
         RMP_TRY_ASSIGN(const Map checked, read_map(ctx, Schema{p}, Value(Map{{path, value}}), ""));
-        apply_fields(checked, s);
-        return {};
+        return set_fields(s, checked);
       }
       std::vector<std::string> known{"material", "chord", "description"};
       for (const SolidNode& n : s.nodes)

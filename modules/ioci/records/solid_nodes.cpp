@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <utility>
 
 #include <robomosp/sdk/csg_primitive.h>
 
 #include "io/geometry.h"
+#include "ioci/core/record_params.h"
 #include "kernel/type.h"
+#include "model/field_types.h"
 
 namespace robomosp::ioci {
 
@@ -46,11 +49,25 @@ ParamSpec centred_spec() {
 bool is_drawn(CsgKind kind) { return kind == CsgKind::prism || kind == CsgKind::revolution; }
 bool is_edge_work(CsgKind kind) { return kind == CsgKind::fillet || kind == CsgKind::chamfer; }
 
-Schema node_schema(CsgKind kind) {
+/// Fields of SolidNode that nodes give in a form of their own; all others are as declared.
+constexpr std::string_view kOwnForms[] = {"kind",      "name",      "parent", "sizes",
+                                          "profile",   "geometry",  "select", "primitive",
+                                          "is_global", "is_centred"};
+bool has_own_form(std::string_view field) {
+  return std::find(std::begin(kOwnForms), std::end(kOwnForms), field) != std::end(kOwnForms);
+}
+/// A field of nodes that has none; null = there is no such field.
+const model::Field* declared_field(std::string_view name) {
+  const model::Field* f = model::type_of<SolidNode>().field(name);
+  return f && f->type != &model::type_of<model::Placement>() && !has_own_form(name) ? f : nullptr;
+}
+
+Schema make_node_schema(CsgKind kind) {
   Schema s{choice("kind", kind_words(), "An operation or a primitive.", true),
            optional("name", "string", "", "Name of the node within the solid."),
            optional("expressions", "map", "", "Its numbers given by expressions, by path.")};
-  for (ParamSpec& p : placement_fields("its parent")) s.push_back(std::move(p));
+  for (ParamSpec& p : record_params("solid", "nodes", "its parent"))
+    if (!has_own_form(p.name)) s.push_back(std::move(p));
   s.push_back(frame_spec());
   for (std::size_t i = 0; i < csg_size_count(kind); ++i)
     s.push_back(size_spec(csg_info(kind).sizes[i]));
@@ -64,15 +81,25 @@ Schema node_schema(CsgKind kind) {
   return s;
 }
 
+/// For check(), made once: solids have many nodes.
+const Schema& node_schema(CsgKind kind) {
+  static const auto all = [] {
+    std::map<CsgKind, Schema> made;
+    for (const CsgNodeInfo& row : kCsgNodes)
+      made.emplace(row.kind, plain_params(make_node_schema(row.kind)));
+    return made;
+  }();
+  return all.at(kind);
+}
+
 /// Nodes as a type: a case for each kind.
 std::string node_type() {
   std::vector<std::pair<std::string, Schema>> cases;
   for (const std::string& word : kind_words()) {
-    Schema s = node_schema(kind_of_word(word));
+    Schema s = make_node_schema(kind_of_word(word));
     std::erase_if(s, [](const ParamSpec& p) { return p.name == "kind"; });
     for (const auto& [field, type] : std::initializer_list<std::pair<const char*, const char*>>{
              {"expressions", "map<string> @advanced"},
-             {"axis_angle", "vec(x, y, z, angle) or map{axis: vec3; angle: real [rad]}"},
              {"profile", "string or list<any> or map<any>"},
              {"geometry", "map<string or int or matrix>"},
              {"primitive", "provider:primitive"},
@@ -167,7 +194,7 @@ Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::i
   SolidNode node;
   node.kind = kind;
   node.parent = parent;
-  const Schema schema = node_schema(kind);
+  const Schema& schema = node_schema(kind);
   RMP_TRY_ASSIGN(const Map given, ctx.expressions.read(schema, raw, path));
   RMP_TRY_ASSIGN(const Map args, read_map(ctx, schema, Value(given), path));
   RMP_TRY_ASSIGN(node.placement, read_placement_fields(given, path));
@@ -185,6 +212,8 @@ Result<void> read_node(CommandContext& ctx, CsgKind kind, const Map& raw, std::i
   for (std::size_t i = 0; i < csg_size_count(kind); ++i)
     node.sizes[i] = real(args, csg_info(kind).sizes[i].name);
   node.select = text_of(args, "select");
+  for (const model::Field& f : model::type_of<SolidNode>().fields)
+    if (declared_field(f.name)) RMP_TRY(set_field(f, &node, args));
   if (is_drawn(kind)) {
     RMP_TRY_ASSIGN(node.profile, read_profile(ctx, *args.find("profile"), path + ".profile"));
   }
@@ -385,7 +414,14 @@ Result<void> set_node_field(CommandContext& ctx, Solid& s, std::size_t index, st
       return {};
     }
   }
+  if (const model::Field* f = declared_field(name)) {
+    ParamSpec spec = model::field_param("solid", "nodes." + std::string(name), *f);
+    RMP_TRY_ASSIGN(Value v, check_value(spec, value, path));
+    return set_field(*f, &n, Map{{std::string(name), std::move(v)}});
+  }
   std::vector<std::string> known{"name", "frame"};
+  for (const model::Field& f : model::type_of<SolidNode>().fields)
+    if (declared_field(f.name)) known.emplace_back(f.name);
   for (std::size_t i = 0; i < csg_size_count(n.kind); ++i)
     known.emplace_back(csg_info(n.kind).sizes[i].name);
   if (csg_info(n.kind).children == CsgChildren::any) known.emplace_back("kind");
@@ -419,6 +455,11 @@ Map node_map(const Solid& s, std::size_t node, const std::string& solid) {
     m.set("geometry", std::move(geometry));
   }
   if (n.kind == CsgKind::custom) m.set("primitive", provider_value(n.primitive));
+  const model::Type& type = model::type_of<SolidNode>();
+  for (const model::Field& f : type.fields)
+    if (declared_field(f.name))
+      if (Value v = changed_value(nullptr, type, f, &n); !v.is_nil())
+        m.set(std::string(f.name), std::move(v));
   if (Map texts = expressions_map(s.parametric, n.name); !texts.empty())
     m.set("expressions", std::move(texts));
   return m;

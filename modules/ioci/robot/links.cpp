@@ -6,10 +6,13 @@
 #include <limits>
 #include <numbers>
 
+#include "ioci/core/argument_types.h"
+#include "ioci/core/record_params.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
 #include "kernel/bare_numbers.h"
 #include "kernel/text.h"
+#include "kernel/type.h"
 #include "kernel/units.h"
 #include "model/words.h"
 #include "robotics/build_model.h"
@@ -24,96 +27,31 @@ using model::Robot;
 
 namespace {
 
-constexpr const char* kJointDoc =
-    "Type of motion. universal: rotates about z, then the new x; cylindrical: slides along z and "
-    "rotates about it; planar: slides along x and y, rotates about z; spherical: a ball joint; "
-    "free: all six.";
-
-std::vector<std::string> joint_words() {
-  return {model::kJointWords.begin(), model::kJointWords.end()};
-}
-/// A choice without a default.
-ParamSpec one_of(const char* name, std::vector<std::string> words, const char* doc) {
-  ParamSpec p = choice(name, std::move(words), doc, true);
-  p.required = false;
-  return p;
+/// The fields of a link as commands take them.
+Schema make_link_params() {
+  Schema s = led_by({"name", "parent", "joint", "convention", "origin", "axis", "mimic", "passive"},
+                    record_params("robot", "links"));
+  param_named(s, "origin").type = "bool or vec3 or pose @group(Place in the parent)";
+  ParamSpec& mimic = param_named(s, "mimic");
+  mimic.type = "bool or " + mimic.type;
+  ParamSpec& inertia = param_named(s, "inertia");
+  inertia.type = std::string(kInertiaType) + " @group(Mass)";
+  param_named(s, "parts").type = "list<type:body> @group(Mass)";
+  return s;
 }
 
 Schema make_link_schema(bool is_prismatic, bool creating) {
-  const char* unit = is_prismatic ? "m" : "rad";
-  const std::string rate = std::string(unit) + "/s", rate2 = rate + "^2", rate3 = rate + "^3",
-                    force = is_prismatic ? "N" : "N m";
-  Schema s{
-      optional("name", "string", "", "Name of the link, unique in the robot."),
-      optional(
-          "parent", "any", "",
-          "Number or name of its parent link, \"base\" for the base; by default the link before."),
-      creating ? choice("joint", joint_words(), kJointDoc)
-               : one_of("joint", joint_words(), kJointDoc),
-      one_of("convention", {"dh", "mdh"}, "Convention of this row; by default that of the robot."),
-      optional("origin", "any", "",
-               "Instead of a row: placement of the link in its parent link's frame at joint value "
-               "0: a position such as {0.1, 0, 0}, a pose, or {position = ..., rpy = ...}. false "
-               "returns to the row."),
-      optional("axis", "vec3", "",
-               "With an origin: the joint's axis in the link's frame; {0, 0, 1} if omitted."),
-      optional("mimic", "any", "",
-               "The joint follows another one: {link = ..., ratio = 1, offset = 0}; its value is "
-               "ratio times the other value plus offset. false makes it independent."),
-      optional("passive", "bool", "",
-               "The joint has no motor: springs, gravity or a loop move it."),
-      optional("a", "real", "m", "Link length."),
-      optional("alpha", "real", "rad", "Link twist."),
-      optional("d", "real", "m", "Link offset; the value of a prismatic joint is added to it."),
-      optional("theta", "real", "rad",
-               "Joint angle; the value of a revolute joint is added to it."),
-      unbounded(optional("lower", "real", unit, "Least joint value.")),
-      unbounded(optional("upper", "real", unit, "Greatest joint value.")),
-      unbounded(above_zero(optional("max_velocity", "real", rate, "Greatest joint speed."))),
-      unbounded(
-          above_zero(optional("max_acceleration", "real", rate2, "Greatest joint acceleration."))),
-      unbounded(above_zero(optional("max_jerk", "real", rate3, "Greatest jerk of the joint."))),
-      unbounded(above_zero(
-          optional("max_force", "real", force,
-                   "Greatest torque or force of the joint, at the output of the gear."))),
-      between(optional("motor_inertia", "real", "kg m^2",
-                       "Jm, inertia of the rotor at the motor; gear_ratio^2 Jm at the joint."),
-              0, std::numeric_limits<double>::infinity()),
-      optional("gear_ratio", "real", "",
-               "G, revolutions of the motor per revolution of the joint (radians per metre for a "
-               "prismatic one); negative if the motor turns against the joint."),
-      between(optional("viscous", "real", "N m s/rad",
-                       "B, viscous friction at the motor; gear_ratio^2 B at the joint."),
-              0, std::numeric_limits<double>::infinity()),
-      between(
-          optional(
-              "coulomb_positive", "real", "N m",
-              "Tc+, not below 0: Coulomb friction at the motor while the velocity of the joint is "
-              "positive, whatever the sign of gear_ratio; abs(gear_ratio) Tc+ at the joint."),
-          0, std::numeric_limits<double>::infinity()),
-      between(optional(
-                  "coulomb_negative", "real", "N m",
-                  "Tc-, not above 0: Coulomb friction at the motor while the velocity of the joint "
-                  "is negative, whatever the sign of gear_ratio; abs(gear_ratio) Tc- at the "
-                  "joint."),
-              -std::numeric_limits<double>::infinity(), 0),
-      between(optional("stiffness", "real", is_prismatic ? "N/m" : "N m/rad",
-                       "Stiffness of a spring across the joint."),
-              0, std::numeric_limits<double>::infinity()),
-      optional("rest", "real", unit, "Joint value at which the spring is relaxed."),
-      between(optional("mass", "real", "kg", "Published mass."), 0,
-              std::numeric_limits<double>::infinity()),
-      optional("com", "vec3", "m", "Published centre of mass in the link's frame."),
-      optional("inertia", "any", "kg m^2",
-               "Published inertia about the centre of mass: {Ixx, Iyy, Izz, Ixy, Iyz, Ixz} or a "
-               "3x3 matrix, elements of the tensor."),
-      optional("parts", "list", "",
-               "Designed bodies: {what = solid or object, placement or position with angles}."),
-      optional("visible", "bool", "", "Whether it is drawn.")};
+  Schema s = plain_params(make_link_params(), is_prismatic ? 1 : 0);
+  if (creating) param_named(s, "joint").default_value = Value(model::kJointWords[0]);
   return s;
 }
 
 }  // namespace
+
+const Schema& link_params() {
+  static const Schema all = make_link_params();
+  return all;
+}
 
 const Schema& link_schema(JointKind kind, bool creating) {
   // Made once: a robot may have very many links.
@@ -127,11 +65,8 @@ namespace {
 
 bool is_false(const Value& v) { return v.as_bool() && !*v.as_bool(); }
 
-/// Row, convention, origin and axis; a link has a row or an origin.
+/// The origin, and what goes with it: a link has a row or an origin.
 Result<void> apply_place(const Map& args, Link& l, const std::string& path) {
-  if (has(args, "convention"))
-    l.convention =
-        text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
   if (has(args, "origin")) {
     const Value& origin = *args.find("origin");
     if (is_false(origin)) {
@@ -152,12 +87,9 @@ Result<void> apply_place(const Map& args, Link& l, const std::string& path) {
       l.convention.reset();
     }
   }
-  if (has(args, "axis")) {
-    if (!l.origin)
-      return error(ErrorCode::invalid_argument, "an axis can be given only with an origin",
-                   "The axis of a row is z; give an origin too.", path + ".axis");
-    l.axis = vec3(args, "axis");
-  }
+  if (has(args, "axis") && !l.origin)
+    return error(ErrorCode::invalid_argument, "an axis can be given only with an origin",
+                 "The axis of a row is z; give an origin too.", path + ".axis");
   for (const char* name : {"a", "alpha", "d", "theta"})
     if (l.origin && has(args, name))
       return error(ErrorCode::invalid_argument, "the link is placed by an origin and has no DH row",
@@ -200,10 +132,11 @@ Result<void> read_mimic(const CommandContext& ctx, const Value& v, const Robot& 
 void report_unused(CommandContext& ctx, const Map& args, const Link& l) {
   std::vector<std::string> unused;
   if (l.joint == JointKind::fixed)
-    for (const char* name : {"lower", "upper", "max_velocity", "max_acceleration", "max_jerk",
-                             "max_force", "motor_inertia", "gear_ratio", "viscous",
-                             "coulomb_positive", "coulomb_negative", "stiffness", "rest"})
-      if (has(args, name)) unused.emplace_back(name);
+    for (const ParamSpec& p : link_params()) {
+      if (!has(args, p.name)) continue;
+      const std::string group = notes_of(p).group;
+      if (group == "Limits" || group == "Drive") unused.push_back(p.name);
+    }
   if (l.joint == JointKind::fixed && has(args, "passive") && flag(args, "passive"))
     unused.emplace_back("passive");
   const bool has_axis =
@@ -241,39 +174,15 @@ void note_unlikely_sizes(const Map& args, const Link& l, const std::string& path
 /// Applies checked link fields; `index` is the link's own, `robot` holds those before it.
 Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot,
                         std::int32_t index, Link& l, const std::string& path) {
-  if (has(args, "name")) l.name = text_of(args, "name");
+  RMP_TRY(set_fields(l, args));
   if (has(args, "parent")) {
     RMP_TRY_ASSIGN(l.parent, read_link(robot, *args.find("parent"), true, path + ".parent"));
     if (l.parent >= index)
       return error(ErrorCode::conflict, "the parent of a link must be an earlier link",
                    "Order the links so that parents come first.", path + ".parent");
   }
-  if (has(args, "joint")) {
-    l.joint = model::joint_kind(text_of(args, "joint")).value_or(JointKind::revolute);
-  }
   RMP_TRY(apply_place(args, l, path));
   if (has(args, "mimic")) RMP_TRY(read_mimic(ctx, *args.find("mimic"), robot, index, l, path));
-  if (has(args, "passive")) l.passive = flag(args, "passive");
-  const std::pair<const char*, double*> numbers[] = {
-      {"a", &l.row.a},
-      {"alpha", &l.row.alpha},
-      {"d", &l.row.d},
-      {"theta", &l.row.theta},
-      {"lower", &l.lower},
-      {"upper", &l.upper},
-      {"max_velocity", &l.max_velocity},
-      {"max_acceleration", &l.max_acceleration},
-      {"max_jerk", &l.max_jerk},
-      {"max_force", &l.max_force},
-      {"stiffness", &l.spring.stiffness},
-      {"rest", &l.spring.rest},
-      {"motor_inertia", &l.drive.motor_inertia},
-      {"gear_ratio", &l.drive.gear_ratio},
-      {"viscous", &l.drive.viscous},
-      {"coulomb_positive", &l.drive.coulomb_positive},
-      {"coulomb_negative", &l.drive.coulomb_negative}};
-  for (const auto& [name, target] : numbers)
-    if (has(args, name)) *target = real(args, name);
   note_unlikely_sizes(args, l, path);
   report_unused(ctx, args, l);
   if (l.lower > l.upper)
@@ -285,7 +194,6 @@ Result<void> apply_link(CommandContext& ctx, const Map& args, const Robot& robot
   if (has(args, "parts")) {
     RMP_TRY_ASSIGN(l.parts, read_bodies(ctx, *args.find("parts"), path + ".parts", "parts"));
   }
-  if (has(args, "visible")) l.visible = flag(args, "visible");
   return {};
 }
 
@@ -325,7 +233,7 @@ Result<Column> read_column(const Value& given, const std::string& where) {
   if (column.field == "link") column.field = "name";
   if (column.field == "type") column.field = "joint";
   std::vector<std::string> known;
-  for (const ParamSpec& p : link_schema(JointKind::revolute, true)) {
+  for (const ParamSpec& p : link_params()) {
     known.push_back(p.name);
     if (p.name != column.field) continue;
     if (!column.unit.empty()) {
@@ -734,21 +642,15 @@ Result<Value> coordinates(CommandContext& ctx, const Map& args) {
 RMP_COMMANDS(robot_link_commands) {
   std::vector<CommandSpec> all;
   const ParamSpec link = needed("link", "any", "", "Number, 1 is the first, or name of the link.");
-  Schema add_params{self("robot")};
-  for (const ParamSpec& p : link_schema(JointKind::revolute, true)) add_params.push_back(p);
   const char* const by_type =
       "Limits are in rad, rad/s, rad/s^2 and N m for a revolute joint, in m, m/s, m/s^2 and N for "
       "a prismatic one.";
-  // What is here only declares the fields: the limits' units follow the joint's type.
-  for (ParamSpec& p : add_params)
-    if (p.name == "lower" || p.name == "upper" || p.name.starts_with("max_") ||
-        p.name == "stiffness" || p.name == "rest") {
-      p.type = "any";
-      p.min = -std::numeric_limits<double>::infinity();
-    }
-  Schema link_params = add_params;
-  for (ParamSpec& p : link_params) p.default_value.reset();
-  link_params.insert(link_params.begin() + 1, link);
+  Schema add_params{self("robot")}, link_params_of_set{self("robot"), link};
+  for (const ParamSpec& p : units_by_joint(link_params())) {
+    add_params.push_back(p);
+    link_params_of_set.push_back(p);
+  }
+  param_named(add_params, "joint").default_value = Value(model::kJointWords[0]);
   all.push_back({.name = "robot.add_link",
                  .classic = "",
                  .summary = "Adds a link at the end of a robot's list.",
@@ -766,7 +668,7 @@ RMP_COMMANDS(robot_link_commands) {
                  .details = by_type,
                  .example = with_arm("arm:set_link{link = 2, a = \"500 mm\", upper = \"120 "
                                      "deg\"}\nassert(arm:link(2).a == 0.5)"),
-                 .params = std::move(link_params),
+                 .params = std::move(link_params_of_set),
                  .returns = {},
                  .effect = Effect::edits,
                  .run = set_link,

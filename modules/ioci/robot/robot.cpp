@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/core/record_params.h"
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
@@ -21,37 +22,22 @@ using model::Link;
 using model::Robot;
 
 Schema robot_fields() {
-  Schema s{
-      choice("convention", {"dh", "mdh"}, "Standard or modified (Craig) Denavit-Hartenberg rows."),
-      choice("mass_source", {"given", "designed"},
-             "Masses from the links' published values, or from their designed parts."),
-      optional("base", "pose", "", "Pose of the base in the robot's mounting frame."),
-      optional("base_parts", "list", "",
-               "Designed bodies of the base: {what = solid or object, placement or position with "
-               "angles}."),
-      optional("base_mass", "map", "",
-               "Published mass of the base: mass, com and inertia about it in the base's frame, as "
-               "for a link. A mass of 0 removes it."),
-      optional("tool", "pose", "", "The tool in the frame of the last link."),
-      optional("ik", "any", "",
-               "Inverse kinematics provider: name, or {name = ..., params = {...}}."),
-      optional("inverse_dynamics", "any", "", "Inverse dynamics provider."),
-      optional("forward_dynamics", "any", "", "Forward dynamics provider."),
-      optional("controller", "any", "", "Controller provider."),
-      optional("skin_colour", "any", "", "Colour of the generated body, \"#rrggbb\"."),
-      optional("skin_accent", "any", "", "Colour of its joints."),
-      optional("description", "string", "", "Its description."),
-      optional("source", "string", "", "Source of the parameters.")};
+  Schema s =
+      led_by({"convention", "mass_source", "base", "base_parts", "base_mass", "tool", "ik",
+              "inverse_dynamics", "forward_dynamics", "controller", "skin_colour", "skin_accent"},
+             without(record_params("robot", ""), {"links", "payload", "tools", "attached", "tcp",
+                                                  "loops", "poses", "axes", "pair_rules"}));
+  param_named(s, "base_parts").type = "list<type:body>";
+  param_named(s, "base_mass").type = "type:mass";
+  for (const char* word : {"convention", "mass_source"}) {
+    ParamSpec& p = param_named(s, word);
+    p.default_value = Value(p.choices.front());
+  }
   return s;
 }
 
 Result<void> apply_fields(CommandContext& ctx, const Map& args, Robot& r) {
-  if (has(args, "convention"))
-    r.convention =
-        text_of(args, "convention") == "mdh" ? model::Convention::mdh : model::Convention::dh;
-  if (has(args, "mass_source"))
-    r.mass_source = text_of(args, "mass_source") == "designed" ? model::MassSource::designed
-                                                               : model::MassSource::given;
+  RMP_TRY(set_fields(r, args));
   if (has(args, "base")) {
     RMP_TRY_ASSIGN(r.base, read_placement(ctx.given("base"), "base"));
   }
@@ -69,23 +55,6 @@ Result<void> apply_fields(CommandContext& ctx, const Map& args, Robot& r) {
     RMP_TRY(read_mass(given, r.base_mass, "base_mass."));
     if (r.base_mass && r.base_mass->mass == 0) r.base_mass.reset();
   }
-  const std::pair<const char*, model::ProviderChoice*> providers[] = {
-      {"ik", &r.ik},
-      {"inverse_dynamics", &r.inverse_dynamics},
-      {"forward_dynamics", &r.forward_dynamics},
-      {"controller", &r.controller}};
-  for (const auto& [name, target] : providers)
-    if (has(args, name)) {
-      RMP_TRY_ASSIGN(*target, read_provider(*args.find(name), name));
-    }
-  if (has(args, "skin_colour")) {
-    RMP_TRY_ASSIGN(r.skin_colour, read_colour(*args.find("skin_colour"), "skin_colour"));
-  }
-  if (has(args, "skin_accent")) {
-    RMP_TRY_ASSIGN(r.skin_accent, read_colour(*args.find("skin_accent"), "skin_accent"));
-  }
-  if (has(args, "description")) r.description = text_of(args, "description");
-  if (has(args, "source")) r.source = text_of(args, "source");
   ctx.expressions.keep(r.parametric);
   return {};
 }

@@ -27,7 +27,9 @@ inline constexpr double kMostOfAJoint = 1e12;
 /// The first number that is not finite or beyond kMostOfAJoint is an error at path[i].
 Result<void> check_size(std::span<const double> values, std::string_view path);
 
-/// Fields of a link; the units of limits follow the joint. `creating`: with defaults. Stays.
+/// Fields of a link as arguments, with units such as "rad|m" where they depend on the joint.
+[[nodiscard]] const Schema& link_params();
+/// The same for check(), with the units of a joint. `creating`: with defaults. Stays.
 [[nodiscard]] const Schema& link_schema(model::JointKind kind, bool creating);
 /// Adds a link from a table of the fields of link_schema().
 Result<void> append_link(CommandContext& ctx, model::Robot& r, Value given,

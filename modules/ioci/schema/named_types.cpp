@@ -7,7 +7,9 @@
 
 #include "ioci/core/argument_types.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 #include "ioci/robot/robots.h"
+#include "ioci/trajectory/segments.h"
 #include "kernel/check.h"
 #include "kernel/type.h"
 
@@ -32,11 +34,7 @@ std::string arguments_of(std::string_view command,
 }
 
 std::string with_placement(Schema s, const char* frame) {
-  for (ParamSpec& p : placement_fields(frame)) {
-    if (p.name == "axis_angle")
-      p.type = "vec(x, y, z, angle) or map{axis: vec3; angle: real [rad]}";
-    s.push_back(std::move(p));
-  }
+  for (ParamSpec& p : placement_fields(frame)) s.push_back(std::move(p));
   return map_type(s);
 }
 
@@ -47,39 +45,8 @@ std::string binding_type() {
   return arguments_of("program.bind", {"world", "name_there", "program"});
 }
 std::string link_type() {
-  Schema s = link_schema(model::JointKind::revolute, true);
-  // Units go by the joint.
-  constexpr std::pair<std::string_view, std::string_view> kByJoint[] = {
-      {"rad", "rad|m"},
-      {"rad/s", "rad/s|m/s"},
-      {"rad/s^2", "rad/s^2|m/s^2"},
-      {"rad/s^3", "rad/s^3|m/s^3"},
-      {"N m", "N m|N"},
-      {"N m/rad", "N m/rad|N/m"}};
-  constexpr std::string_view kOfJoint[] = {
-      "lower",    "upper",     "max_velocity", "max_acceleration",
-      "max_jerk", "max_force", "stiffness",    "rest"};
-  for (ParamSpec& p : s) {
-    if (std::find(std::begin(kOfJoint), std::end(kOfJoint), p.name) == std::end(kOfJoint)) continue;
-    for (const auto& [unit, by_joint] : kByJoint)
-      if (p.unit == unit) {
-        p.unit = by_joint;
-        break;
-      }
-  }
-  retype(s, "parent", "member:link of id or int");
-  retype(s, "origin", "bool or vec3 or pose");
-  retype(s, "mimic", "bool or map{link: member:link of id or int; ratio?: real; offset?: real}");
-  retype(s, "inertia", "vec(Ixx, Iyy, Izz, Ixy, Iyz, Ixz) or matrix(3, 3)");
-  retype(s, "parts", "list<type:body>");
-  retype(s, "axis", "vec3 @when(origin is present)");
-  for (const char* field : {"convention", "a", "alpha", "d", "theta"}) {
-    for (const ParamSpec& p : s)
-      if (p.name == field) {
-        retype(s, field, p.type + " @when(origin is absent)");
-        break;
-      }
-  }
+  Schema s = link_params();
+  param_named(s, "joint").default_value = Value(model::kJointWords[0]);
   // robot.dh_table calls them so.
   ParamSpec link = optional("link", "string", "", "The name, as robot.dh_table gives it.");
   ParamSpec type = optional("type", "string", "", "The joint, as robot.dh_table gives it.");
@@ -129,11 +96,9 @@ std::string segment_type() {
     if (p.name != "trajectory" && p.name != "transition" && p.name != "shape")
       p.type += " @when(trajectory is absent)";
   for (ParamSpec& p : placement_fields("the trajectory")) {
-    if (p.name == "axis_angle")
-      p.type = "vec(x, y, z, angle) or map{axis: vec3; angle: real [rad]}";
-    if (p.name == "orientation") continue;
     s.push_back(noted(std::move(p), "@when(trajectory is present)"));
   }
+  for (ParamSpec& p : declared_segment_params()) s.push_back(std::move(p));
   // Parameters of the shape, its law and its orientation stand beside the others.
   std::string text = map_type(s);
   text.insert(3, "<type:setting>");

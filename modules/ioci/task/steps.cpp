@@ -2,11 +2,15 @@
 #include "ioci/task/steps.h"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 #include "ioci/program/in_world.h"
 #include "ioci/records/field_values.h"
 #include "ioci/trajectory/segments.h"
+#include "kernel/check.h"
 #include "kernel/type.h"
 
 namespace robomosp::ioci {
@@ -17,90 +21,150 @@ using model::TaskStep;
 
 constexpr std::size_t kDeepest = 60;  ///< blocks inside each other
 
-Schema step_schema(StepKind kind) {
-  const ParamSpec robot = optional("robot", "string", "", "Robot of the world.");
-  switch (kind) {
-    case StepKind::move:
-      return {robot,
-              optional("trajectory", "ref:trajectory", "", "Trajectory to follow."),
-              optional("pose", "string", "", "A named pose of the robot."),
-              optional("joints", "any", "", "Joint values."),
-              optional("target", "any", "", "Pose of the tool, or of the trajectory."),
-              optional("frame", "string", "",
-                       "Frame or object of the world in which the target is given."),
-              optional("tool", "string", "", "Tool, link or held object to move."),
-              choice("profile", {"quintic", "trapezoidal", "s_curve", "time_optimal"},
-                     "Profile of a joint move."),
-              choice("path", {"joint", "straight"}, "Motion of the tool to a target."),
-              defaulted("speed", "real", "", 1.0, "Share of the joints' limits."),
-              optional("tool_speed", "real", "m/s", "Speed of a straight move."),
-              optional("duration", "real", "s", "Duration of the move.")};
-    case StepKind::attach:
-      return {robot, needed("object", "string", "", "Object of the world."),
-              optional("link", "string", "", "Link or tool of the robot."),
-              optional("tcp", "string", "",
-                       "Centre point of the object that the robot's moves use from then on."),
-              above_zero(optional(
-                  "reach", "real", "m",
-                  "An object farther from the tool or link is not attached; 5 mm if omitted."))};
-    case StepKind::detach: return {needed("object", "string", "", "Object of the world.")};
-    case StepKind::set:
-      return {needed("signal", "string", "", "Signal of the world."),
-              needed("value", "any", "", "A number, or an expression like a condition.")};
-    case StepKind::wait:
-      return {optional("time", "real", "s", "Time to wait."),
-              optional("condition", "string", "", "Condition over signals, time and places."),
-              optional("timeout", "real", "s", "Longest time to wait.")};
-    case StepKind::call: return {robot, needed("task", "ref:task", "", "The task to run.")};
-    case StepKind::repeat:
-      return {needed("count", "int", "", "Number of repetitions."),
-              defaulted("steps", "list", "", List{}, "What.")};
-    case StepKind::when:
-      return {needed("condition", "string", "", "Condition over signals, time and places."),
-              defaulted("steps", "list", "", List{}, "Steps if it is true.")};
-    case StepKind::otherwise:
-      return {defaulted("steps", "list", "", List{}, "Steps if the condition is not true.")};
-    case StepKind::message: return {needed("text", "string", "", "Text of the note.")};
+/// What steps call a field of TaskStep that has another name there.
+struct StepWord {
+  std::string_view field;
+  std::string_view kinds;  ///< of steps, separated by blanks; "" = the others
+  std::string_view word;
+};
+constexpr StepWord kStepFieldWords[] = {
+    {"link", "move", "tool"},        {"duration", "wait", "time"}, {"expression", "set", "value"},
+    {"expression", "", "condition"}, {"is_straight", "", "path"},
+};
+
+bool is_kind_among(StepKind kind, std::string_view kinds) {
+  if (kinds.empty()) return true;
+  for (const std::string_view word : text::split(kinds, ' '))
+    if (word == to_string(kind)) return true;
+  return false;
+}
+
+std::string_view step_word(std::string_view field, StepKind kind) {
+  for (const StepWord& w : kStepFieldWords)
+    if (w.field == field && is_kind_among(kind, w.kinds)) return w.word;
+  return field;
+}
+
+/// What a step says more than the field's declaration.
+struct StepNote {
+  std::string_view kinds;
+  std::string_view word;
+  bool is_needed = false;
+  std::string_view type = {};  ///< with notes; "@..." = notes only
+  std::string_view doc = {};
+};
+constexpr StepNote kStepNotes[] = {
+    {"move", "trajectory", false, "@when(pose is absent and joints is absent)"},
+    {"move", "pose", false,
+     "@when(trajectory is absent and joints is absent and target is absent)"},
+    {"move", "joints", false,
+     "@when(trajectory is absent and pose is absent and target is absent)"},
+    {"move", "target", false, "@when(pose is absent and joints is absent)"},
+    {"move", "tool", false, "", "Tool, link or held object to move."},
+    {"move", "profile", false, "@when(path is joint and trajectory is absent)",
+     "Profile of a joint move."},
+    {"move", "path", false, "enum(joint|straight) @when(target is present)",
+     "Motion of the tool to a target."},
+    {"move", "tool_speed", false, "@when(path is straight)"},
+    {"attach detach", "object", true},
+    {"set", "signal", true},
+    {"set", "value", true, "expression or bool", "A number, or an expression like a condition."},
+    {"wait", "condition", false, "@when(time is absent)"},
+    {"if", "condition", true},
+    {"call", "task", true},
+    {"repeat", "count", true},
+    {"message", "text", true},
+};
+
+/// A condition over the fields of TaskStep as one over those of a kind of step: parts that the kind
+/// decides are left out. nullopt = it never holds. Conditions have no brackets (model/field_types).
+std::optional<std::string> condition_of(StepKind kind, std::string_view text) {
+  std::string out;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(" or "), rest.size());
+    std::string_view all = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 4, rest.size()));
+    std::string part;
+    bool holds = true;
+    while (!all.empty()) {
+      const std::size_t stop = std::min(all.find(" and "), all.size());
+      const std::string_view test = all.substr(0, stop);
+      all.remove_prefix(std::min(stop + 5, all.size()));
+      const auto parsed = Condition::parse(test);
+      RMP_CHECK(parsed.ok() && parsed->tests().size() == 1, std::string(test).c_str());
+      const Condition::Test& t = parsed->tests()[0];
+      if (t.field == "kind") {
+        holds = holds && parsed->holds(Map{{"kind", std::string(to_string(kind))}});
+        continue;
+      }
+      part += (part.empty() ? "" : " and ") + std::string(step_word(t.field, kind)) +
+              std::string(test.substr(t.field.size()));
+    }
+    if (!holds) continue;
+    if (part.empty()) return "";  // always
+    out += (out.empty() ? "" : " or ") + part;
   }
-  return {};
+  return out.empty() ? std::nullopt : std::optional(out);
+}
+
+/// The type without its condition.
+std::string without_when(std::string type) {
+  const std::size_t at = type.find("@when(");
+  if (at == std::string::npos) return type;
+  type.erase(at, type.find(')', at) + 1 - at);
+  return std::string(text::trim(type));
+}
+
+/// The fields that a kind of step has, as the declarations of TaskStep and their conditions say.
+Schema make_step_params(StepKind kind) {
+  Schema out;
+  for (ParamSpec& p : record_params("task", "steps")) {
+    if (p.name == "kind" || p.name == "parent") continue;
+    const Condition& when = notes_of(p).when;
+    const auto left =
+        when.is_always() ? std::optional<std::string>("") : condition_of(kind, when.text());
+    if (!left) continue;
+    p.type = without_when(std::move(p.type));
+    p.name = step_word(p.name, kind);
+    std::string notes = left->empty() ? std::string() : "@when(" + *left + ")";
+    for (const StepNote& n : kStepNotes) {
+      if (n.word != p.name || !is_kind_among(kind, n.kinds)) continue;
+      p.required = n.is_needed;
+      if (n.type.starts_with('@')) notes = n.type;
+      else if (!n.type.empty()) p.type = n.type, notes.clear();
+      if (!n.doc.empty()) p.doc = n.doc;
+    }
+    if (!notes.empty()) p.type += " " + notes;
+    out.push_back(std::move(p));
+  }
+  if (kind == StepKind::move) {
+    param_named(out, "profile").default_value = Value("quintic");
+    param_named(out, "path").default_value = Value("joint");
+    param_named(out, "speed").default_value = Value(1.0);
+  }
+  if (kind == StepKind::attach) param_named(out, "reach").min = kPositive;
+  if (is_block(kind)) {
+    out.push_back(defaulted("steps", "list<type:step>", "", List{}, "The steps of the block."));
+  }
+  return out;
+}
+
+/// The same for check(), made once.
+const Schema& step_schema(StepKind kind) {
+  static const auto all = [] {
+    std::array<Schema, model::kStepWords.size()> made;
+    for (std::size_t i = 0; i < made.size(); ++i)
+      made[i] = plain_params(make_step_params(static_cast<StepKind>(i)));
+    return made;
+  }();
+  return all[static_cast<std::size_t>(kind)];
 }
 
 /// Steps as a type: what the fields of each kind name, and when they matter.
 std::string step_type() {
   std::vector<std::pair<std::string, Schema>> cases;
-  for (std::size_t i = 0; i < model::kStepWords.size(); ++i) {
-    Schema s = step_schema(static_cast<StepKind>(i));
-    for (const auto& [field, type] : std::initializer_list<std::pair<const char*, const char*>>{
-             {"robot", "member:robot of world"},
-             {"pose",
-              "member:pose of robot @when(trajectory is absent and joints is absent and "
-              "target is absent)"},
-             {"joints",
-              "joints of robot @when(trajectory is absent and pose is absent and target "
-              "is absent)"},
-             {"trajectory", "ref:trajectory @when(pose is absent and joints is absent)"},
-             {"target", "pose @when(pose is absent and joints is absent)"},
-             {"frame", "member:frame of world @when(target is present)"},
-             {"tool", "member:link_or_tool of robot"},
-             {"profile", "enum @when(path is joint and trajectory is absent)"},
-             {"path", "enum @when(target is present)"},
-             {"tool_speed", "real @above(0) @when(path is straight)"},
-             {"object", "member:object of world"},
-             {"link", "member:link_or_tool of robot"},
-             {"tcp", "member:tcp of object"},
-             {"signal", "member:signal of world"},
-             {"value", "expression or bool"},
-             {"time", "real @when(condition is absent)"},
-             {"condition", "script:condition"},
-             {"timeout", "real @when(condition is present)"},
-             {"steps", "list<type:step>"}})
-      if (std::any_of(s.begin(), s.end(), [&](const ParamSpec& p) { return p.name == field; }))
-        retype(s, field, type);
-    // A wait has a time or a condition.
-    if (static_cast<StepKind>(i) == StepKind::wait)
-      retype(s, "condition", "script:condition @when(time is absent)");
-    cases.emplace_back(model::kStepWords[i], std::move(s));
-  }
+  for (std::size_t i = 0; i < model::kStepWords.size(); ++i)
+    cases.emplace_back(model::kStepWords[i], make_step_params(static_cast<StepKind>(i)));
   return variant_type("step", cases);
 }
 const NamedType kStepType("step", "map", step_type);
@@ -124,44 +188,24 @@ Result<TaskStep> read_one(const CommandContext& ctx, StepKind kind, const Value&
   for (const auto& [key, v] : *value.as_map())
     if (key != "step") rest.set(key, v);
   RMP_TRY_ASSIGN(const Map given, read_map(ctx, step_schema(kind), Value(rest), path));
+  Map fields;
+  for (const model::Field& f : model::type_of<TaskStep>().fields)
+    if (const Value* v = given.find(step_word(f.name, kind))) fields.set(std::string(f.name), *v);
   TaskStep s;
+  RMP_TRY(set_fields(s, fields, {"target", "is_straight", "expression"}));
   s.kind = kind;
-  const auto word = [&](const char* field, std::string& out) {
-    if (has(given, field)) out = text_of(given, field);
-  };
-  word("robot", s.robot);
-  word("pose", s.pose);
-  word("frame", s.frame);
-  word("object", s.object);
-  word(kind == StepKind::move ? "tool" : "link", s.link);
-  word("tcp", s.tcp);
-  word("signal", s.signal);
-  word("condition", s.expression);
-  word("text", s.text);
-  if (has(given, "trajectory")) s.trajectory = typed<model::Trajectory>(given, "trajectory");
-  if (has(given, "task")) s.task = typed<model::Task>(given, "task");
   if (has(given, "joints")) {
     RMP_TRY_ASSIGN(s.joints, read_joint_vector(*given.find("joints"), path + ".joints"));
   }
   if (has(given, "target")) {
     RMP_TRY_ASSIGN(s.target, read_placement(rest.find("target"), path + ".target"));
   }
-  if (has(given, "profile") && text_of(given, "profile") != "quintic")
-    s.profile = text_of(given, "profile");
-  if (has(given, "path")) s.is_straight = text_of(given, "path") == "straight";
-  if (has(given, "speed")) s.speed = real(given, "speed");
-  if (has(given, "tool_speed")) s.tool_speed = real(given, "tool_speed");
-  if (has(given, "reach")) s.reach = real(given, "reach");
-  if (has(given, "duration")) s.duration = real(given, "duration");
-  if (has(given, "time")) s.duration = real(given, "time");
-  if (has(given, "timeout")) s.timeout = real(given, "timeout");
-  if (has(given, "count")) s.count = integer(given, "count");
-  if (has(given, "value")) {
-    const Value& v = *given.find("value");
-    s.expression = v.as_string() ? *v.as_string()
-                   : v.as_bool() ? (*v.as_bool() ? "1" : "0")
-                                 : v.text();
-  }
+  if (s.profile == "quintic") s.profile.clear();
+  s.is_straight = text_of(given, "path") == "straight";
+  if (const Value* v = fields.find("expression"))
+    s.expression = v->as_string() ? *v->as_string()
+                   : v->as_bool() ? (*v->as_bool() ? "1" : "0")
+                                  : v->text();
   if (has(given, "steps")) inner = *given.find("steps")->as_list();
   return s;
 }
@@ -223,33 +267,14 @@ Value steps_value(const document::Snapshot& snapshot, const model::Task& task) {
     Map m{{"number", static_cast<std::int64_t>(i + 1)},
           {"parent", static_cast<std::int64_t>(s.parent + 1)},
           {"step", std::string(to_string(s.kind))}};
-    const auto word = [&](const char* field, const std::string& text) {
-      if (!text.empty()) m.set(field, text);
-    };
-    const auto number = [&](const char* field, double v, double standard) {
-      if (v != standard) m.set(field, v);
-    };
-    word("robot", s.robot);
-    if (s.trajectory) m.set("trajectory", ref_value(snapshot, s.trajectory));
-    word("pose", s.pose);
-    if (!s.joints.empty()) m.set("joints", NumericArray(s.joints));
-    if (s.target) m.set("target", placement_value(*s.target));
-    word("frame", s.frame);
-    word("profile", s.profile);
-    if (s.is_straight) m.set("path", "straight");
-    number("speed", s.speed, 1);
-    number("tool_speed", s.tool_speed, 0);
-    number(s.kind == StepKind::wait ? "time" : "duration", s.duration, 0);
-    word("object", s.object);
-    word(s.kind == StepKind::move ? "tool" : "link", s.link);
-    word("tcp", s.tcp);
-    number("reach", s.reach, 0);
-    word("signal", s.signal);
-    word(s.kind == StepKind::set ? "value" : "condition", s.expression);
-    number("timeout", s.timeout, 0);
-    if (s.task) m.set("task", ref_value(snapshot, s.task));
-    if (s.kind == StepKind::repeat) m.set("count", s.count);
-    word("text", s.text);
+    const model::Type& type = model::type_of<TaskStep>();
+    for (const model::Field& f : type.fields) {
+      if (f.name == "kind" || f.name == "parent") continue;
+      Value v = changed_value(&snapshot, type, f, &s);
+      if (f.name == "is_straight" && s.is_straight) v = Value("straight");
+      if (f.name == "count" && s.kind == StepKind::repeat) v = Value(s.count);
+      if (!v.is_nil()) m.set(std::string(step_word(f.name, s.kind)), std::move(v));
+    }
     out.emplace_back(std::move(m));
   }
   return out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/core/record_params.h"
 #include "ioci/core/watchers.h"
 #include "ioci/program/alone_inputs.h"
 #include "ioci/program/in_world.h"
@@ -42,15 +43,7 @@ Result<Value> add_frame(CommandContext& ctx, const Map& args) {
 Result<Value> add_light(CommandContext& ctx, const Map& args) {
   model::PlacedLight l;
   RMP_TRY_ASSIGN(l.placement, given_placement(ctx, "placement"));
-  const std::string kind = text_of(args, "kind");
-  l.kind = kind == "sun"    ? model::LightKind::sun
-           : kind == "spot" ? model::LightKind::spot
-                            : model::LightKind::point;
-  if (has(args, "colour")) {
-    RMP_TRY_ASSIGN(l.colour, read_colour(*args.find("colour"), "colour"));
-  }
-  l.intensity = real(args, "intensity");
-  l.angle = real(args, "angle");
+  RMP_TRY(set_fields(l, args));
   return add_member(ctx, args, &World::lights, "light", std::move(l));
 }
 
@@ -76,14 +69,8 @@ Result<double> signal_value(const Value& v, const std::string& unit, std::string
 
 Result<Value> add_signal(CommandContext& ctx, const Map& args) {
   model::Signal s;
-  s.name = text_of(args, "name");
-  s.kind = text_of(args, "kind") == "analogue" ? model::SignalKind::analogue
-                                               : model::SignalKind::digital;
-  s.unit = text_of(args, "unit");
+  RMP_TRY(set_fields(s, args, {"initial"}));
   RMP_TRY_ASSIGN(s.initial, signal_value(*args.find("initial"), s.unit, "initial"));
-  s.from = text_of(args, "from");
-  s.to = text_of(args, "to");
-  s.description = text_of(args, "description");
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     w.signals.push_back(s);
     return {};
@@ -178,6 +165,27 @@ std::string with_cell(const char* rest) {
   return with_arm("local cell = world.create{name = \"cell\"}\ncell:add_robot{robot = arm}\n") +
          rest;
 }
+Schema light_params() {
+  Schema s = led_by({"name", "kind", "colour", "intensity", "angle"},
+                    record_params("world", "lights", "the world"));
+  param_named(s, "kind").default_value = Value("point");
+  param_named(s, "intensity").default_value = Value(1.0);
+  param_named(s, "angle").default_value = Value(0.5);
+  s.insert(s.begin(), self("world"));
+  return s;
+}
+
+Schema signal_params() {
+  Schema s = led_by({"name", "kind", "unit"}, record_params("world", "signals"));
+  param_named(s, "name").required = true;
+  param_named(s, "kind").default_value = Value("digital");
+  ParamSpec& initial = param_named(s, "initial");
+  initial.type = "bool or real";  // in the signal's unit
+  initial.default_value = Value(0.0);
+  s.insert(s.begin(), self("world"));
+  return s;
+}
+
 std::string with_part(const char* rest) {
   return with_cell(
       (std::string("solid.create{name = \"part\", root = {kind = \"box\", x = 0.05, y = 0.05, z = "
@@ -221,14 +229,7 @@ RMP_COMMANDS(world_task_commands) {
       "without lights that lamp is used.",
       with_cell("cell:add_light{name = \"lamp\", kind = \"spot\", position = {0, 0, 2}, angle = "
                 "\"30 deg\"}\nassert(cell:lights()[1].kind == \"spot\")"),
-      placed({self("world"), name, choice("kind", {"point", "sun", "spot"}, "Its kind."),
-              optional("colour", "any", "", "Its colour; white unless given."),
-              between(defaulted("intensity", "real", "", 1.0,
-                                "1 = as bright as the program's own lamp."),
-                      0, 1e6),
-              above_zero(
-                  defaulted("angle", "real", "rad", 0.5, "Half the opening angle of a spot."))}),
-      made, add_light, true);
+      light_params(), made, add_light, true);
   add("world.add_task", "Adds a task to a world.", "",
       with_cell("task.create{name = \"shift\", steps = {{step = \"move\", pose = \"ready\"}}}\n"
                 "cell:add_task{task = \"shift\", robot = \"arm\"}\n"
@@ -241,14 +242,7 @@ RMP_COMMANDS(world_task_commands) {
       "digits and _.",
       with_cell("cell:add_signal{name = \"part_ready\", from = \"arm\"}\n"
                 "assert(cell:signals()[1].kind == \"digital\")"),
-      {self("world"), needed("name", "string", "", "Its name."),
-       choice("kind", {"digital", "analogue"}, "digital: 0 or 1; analogue: any number."),
-       optional("unit", "string", "", "SI unit of an analogue signal."),
-       defaulted("initial", "any", "", 0.0, "Value when a run starts, a number in the SI unit."),
-       optional("from", "string", "", "The device that sets it."),
-       optional("to", "string", "", "The device that reads it."),
-       optional("description", "string", "", "Its text.")},
-      {}, add_signal, false);
+      signal_params(), {}, add_signal, false);
   add("world.remove_signal", "Removes a signal from a world.", "",
       with_cell("cell:add_signal{name = \"part_ready\"}\ncell:remove_signal(\"part_ready\")\n"
                 "assert(#cell:signals() == 0)"),

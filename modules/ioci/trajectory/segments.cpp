@@ -8,10 +8,12 @@
 #include <utility>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 #include "ioci/records/field_values.h"
 #include "kernel/number_reader.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
+#include "model/field_types.h"
 #include "model/parametric.h"
 #include "motion/cartesian_path.h"
 #include "motion/provider_params.h"
@@ -101,6 +103,35 @@ Result<model::Transition> read_transition(const CommandContext& ctx, const Value
   return out;
 }
 
+/// Fields of TrajectorySegment that segments give in a form of their own; all others are as
+/// declared.
+constexpr std::string_view kOwnSegmentForms[] = {"shape",   "law",       "orientation",
+                                                 "turning", "points",    "joints",
+                                                 "stored",  "placement", "transition"};
+template <class Fn>
+void each_declared_field(Fn&& see) {
+  for (const model::Field& f : model::type_of<TrajectorySegment>().fields)
+    if (std::find(std::begin(kOwnSegmentForms), std::end(kOwnSegmentForms), f.name) ==
+        std::end(kOwnSegmentForms))
+      see(f);
+}
+/// One of these; null = there is no such field.
+const model::Field* declared_segment_field(std::string_view name) {
+  const model::Field* found = nullptr;
+  each_declared_field([&](const model::Field& f) {
+    if (f.name == name) found = &f;
+  });
+  return found;
+}
+Result<void> read_declared(const CommandContext& ctx, const model::Field& f, const Value& v,
+                           TrajectorySegment& out, const std::string& path) {
+  Schema schema = declared_segment_params();
+  std::erase_if(schema, [&](const ParamSpec& p) { return p.name != f.name; });
+  RMP_TRY_ASSIGN(const Map checked,
+                 read_map(ctx, schema, Value(Map{{std::string(f.name), v}}), path));
+  return set_field(f, &out, checked);
+}
+
 /// The rows of a list, or of a matrix such as a recording gives.
 std::optional<List> rows_of(const Value& given) {
   if (given.as_list()) return *given.as_list();
@@ -158,8 +189,14 @@ Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& give
   Schema schema = placement_fields("The trajectory's frame.");
   schema.push_back(needed("trajectory", "ref:trajectory", "", "The trajectory to run."));
   schema.push_back(optional("transition", "any", "", "Transition from the segment before."));
+  for (ParamSpec& p : declared_segment_params()) schema.push_back(std::move(p));
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), path));
   out.stored = typed<model::Trajectory>(checked, "trajectory");
+  Result<void> set;
+  each_declared_field([&](const model::Field& f) {
+    if (set.ok()) set = set_field(f, &out, checked);
+  });
+  RMP_TRY(set);
   RMP_TRY_ASSIGN(out.placement, read_placement_fields(given, path));
   if (has(checked, "transition")) {
     RMP_TRY_ASSIGN(out.transition,
@@ -169,6 +206,15 @@ Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& give
 }
 
 }  // namespace
+
+Schema declared_segment_params() {
+  Schema out;
+  each_declared_field([&](const model::Field& f) {
+    out.push_back(model::field_param("trajectory", "segments." + std::string(f.name), f));
+    out.back().required = false;
+  });
+  return out;
+}
 
 Result<std::vector<double>> read_joint_vector(const Value& row, const std::string& path) {
   std::vector<double> q;
@@ -230,6 +276,8 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
       RMP_TRY_ASSIGN(out.transition, read_transition(ctx, v, here));
     } else if (key == "params" && v.as_map()) {
       for (const auto& [name, p] : *v.as_map()) params.set(name, p);
+    } else if (const model::Field* f = declared_segment_field(key)) {
+      RMP_TRY(read_declared(ctx, *f, v, out, path));
     } else {
       params.set(key, v);
     }
@@ -238,6 +286,7 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
                  motion::providers_of(ctx.app.registry, out, path));
   std::vector<std::string> words{"shape",       "points",  "joints",     "law",
                                  "orientation", "turning", "transition", "params"};
+  each_declared_field([&](const model::Field& f) { words.emplace_back(f.name); });
   RMP_TRY(read_params(providers.owners(), std::move(words), params, out.shape, path));
   if (!providers.is_curve() && !(law.empty() && orientation.empty()))
     return error(
@@ -306,6 +355,9 @@ Result<TrajectorySegment> update_segment(const CommandContext& ctx, const Trajec
   if (!given->find("orientation")) out.orientation = old.orientation;
   if (!given->find("turning")) out.turning = old.turning;
   if (!given->find("transition")) out.transition = old.transition;
+  each_declared_field([&](const model::Field& f) {
+    if (!given->find(f.name)) f.type->assign(f.in(&out), f.in(&std::as_const(old)));
+  });
   return out;
 }
 
@@ -382,6 +434,11 @@ Value segment_value(const document::Snapshot& s, const TrajectorySegment& segmen
   if (!t.is_smooth) out.set("transition", "none");
   else if (t != model::Transition{})
     out.set("transition", Map{{"distance", t.distance}, {"speed", t.speed}});
+  const model::Type& type = model::type_of<TrajectorySegment>();
+  each_declared_field([&](const model::Field& f) {
+    if (Value v = changed_value(&s, type, f, &segment); !v.is_nil())
+      out.set(std::string(f.name), std::move(v));
+  });
   return Value(std::move(out));
 }
 

@@ -5,6 +5,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/counted.h"
+#include "ioci/core/record_params.h"
 #include "ioci/trajectory/segments.h"
 #include "motion/cartesian_path.h"
 
@@ -16,10 +17,9 @@ using model::Trajectory;
 Result<Value> create(CommandContext& ctx, const Map& args) {
   Trajectory t;
   const std::string name = text_of(args, "name");
-  t.description = text_of(args, "description");
+  RMP_TRY(set_fields(t, args));
   RMP_TRY_ASSIGN(t.parametric,
                  read_parameters(ctx.snapshot(), {}, args.find("parameters"), "parameters"));
-  if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
   const List& segments = *args.find("segments")->as_list();
   for (std::size_t i = 0; i < segments.size(); ++i) {
     RMP_TRY_ASSIGN(auto segment,
@@ -32,11 +32,8 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> set(CommandContext& ctx, const Map& args) {
-  return change_trajectory(ctx, args, [&](Trajectory& t) -> Result<void> {
-    if (has(args, "description")) t.description = text_of(args, "description");
-    if (has(args, "sample_time")) t.sample_time = real(args, "sample_time");
-    return {};
-  });
+  return change_trajectory(ctx, args,
+                           [&](Trajectory& t) -> Result<void> { return set_fields(t, args); });
 }
 
 Result<Value> add_segment(CommandContext& ctx, const Map& args) {
@@ -174,21 +171,27 @@ Result<Value> point(CommandContext& ctx, const Map& args) {
 
 RMP_COMMANDS(trajectory_commands) {
   std::vector<CommandSpec> all;
-  const ParamSpec sample_time = above_zero(
-      optional("sample_time", "real", "s", "Time between samples of a run that sets none."));
-  all.push_back(
-      {.name = "trajectory.create",
-       .classic = "",
-       .summary = "Makes a trajectory from segments, one after the other.",
-       .details = std::string(kSegmentDoc) + " If a segment does not begin at the end of the one "
-                                             "before, a smooth transition is inserted.",
-       .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
-       .params = {needed("name", "string", "", "Name, unique among trajectories."),
-                  needed("segments", "list", "", "Its segments."), sample_time,
-                  optional("description", "string", "", "Its description."), parameters_field()},
-       .returns = {"handle", "", "", {}},
-       .effect = Effect::edits,
-       .run = create});
+  const auto with_fields = [](Schema params) {
+    for (ParamSpec& p :
+         led_by({"sample_time"}, without(record_params("trajectory", ""), {"segments", "along"})))
+      params.push_back(std::move(p));
+    return params;
+  };
+  Schema create_params =
+      with_fields({needed("name", "string", "", "Name, unique among trajectories."),
+                   needed("segments", "list", "", "Its segments.")});
+  create_params.push_back(parameters_field());
+  all.push_back({.name = "trajectory.create",
+                 .classic = "",
+                 .summary = "Makes a trajectory from segments, one after the other.",
+                 .details = std::string(kSegmentDoc) +
+                            " If a segment does not begin at the end of the one "
+                            "before, a smooth transition is inserted.",
+                 .example = with_stroke("assert(math.abs(stroke:length() - 0.2) < 1e-12)"),
+                 .params = std::move(create_params),
+                 .returns = {"handle", "", "", {}},
+                 .effect = Effect::edits,
+                 .run = create});
   all.push_back(
       {.name = "trajectory.set",
        .classic = "",
@@ -196,8 +199,7 @@ RMP_COMMANDS(trajectory_commands) {
        .details = "",
        .example = with_stroke(
            "stroke:set{sample_time = \"5 ms\"}\nassert(stroke:describe().sample_time == 0.005)"),
-       .params = {self("trajectory"), sample_time,
-                  optional("description", "string", "", "Its description.")},
+       .params = with_fields({self("trajectory")}),
        .returns = {},
        .effect = Effect::edits,
        .run = set});

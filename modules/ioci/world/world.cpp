@@ -10,6 +10,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/counted.h"
 #include "ioci/core/loaded.h"
+#include "ioci/core/record_params.h"
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/shown_robot.h"
 #include "ioci/world/members.h"
@@ -25,19 +26,14 @@ namespace {
 using model::World;
 
 Schema world_fields() {
-  return {optional("gravity", "vec3", "m/s^2",
-                   "Gravity in the world's frame; {0, 0, -9.81} unless set."),
-          optional("description", "string", "", "Its description.")};
-}
-
-void apply_fields(const Map& args, World& w) {
-  if (has(args, "gravity")) w.gravity = vec3(args, "gravity");
-  if (has(args, "description")) w.description = text_of(args, "description");
+  return without(led_by({"gravity"}, record_params("world", "")),
+                 {"objects", "robots", "trajectories", "frames", "lights", "tasks", "programs",
+                  "signals", "attachments", "pair_rules"});
 }
 
 Result<Value> create(CommandContext& ctx, const Map& args) {
   World w;
-  apply_fields(args, w);
+  RMP_TRY(set_fields(w, args));
   w.parametric = ctx.expressions.own();
   ctx.expressions.keep(w.parametric);
   const std::string name =
@@ -48,7 +44,7 @@ Result<Value> create(CommandContext& ctx, const Map& args) {
 
 Result<Value> set_world(CommandContext& ctx, const Map& args) {
   return change_world(ctx, args, [&](World& w) -> Result<void> {
-    apply_fields(args, w);
+    RMP_TRY(set_fields(w, args));
     ctx.expressions.keep(w.parametric);
     return {};
   });
@@ -615,32 +611,24 @@ RMP_COMMANDS(world_commands) {
                  .returns = {"string", "", "", {}},
                  .effect = Effect::reads,
                  .run = trajectory_name});
-  all.push_back(
-      {.name = "world.robot_index",
-       .classic = "World GetPRobotIndex(robot, first=1)",
-       .summary = "Returns the index of a robot in the list of a world.",
-       .details = counts,
-       .example = example_cell("assert(cell:robot_index(\"arm\") == 0)"),
-       .params =
-           {self("world"),
-            needed("robot", "any", "",
-                   "Name of the member, or the robot; may be omitted if the world has only one."),
-            first_field()},
-       .returns = {"int", "", "Its number.", {}},
-       .effect = Effect::reads,
-       .run = robot_index});
-  all.push_back(
-      {.name = "world.trajectory_index",
-       .classic = "World GetPTrajectoryIndex(trajectory, first=1)",
-       .summary = "Returns the index of a trajectory in the list of a world.",
-       .details = counts,
-       .example = example_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
-       .params = {self("world"),
-                  needed("trajectory", "any", "", "Name of the member, or the trajectory."),
-                  first_field()},
-       .returns = {"int", "", "Its number.", {}},
-       .effect = Effect::reads,
-       .run = trajectory_index});
+  all.push_back({.name = "world.robot_index",
+                 .classic = "World GetPRobotIndex(robot, first=1)",
+                 .summary = "Returns the index of a robot in the list of a world.",
+                 .details = counts,
+                 .example = example_cell("assert(cell:robot_index(\"arm\") == 0)"),
+                 .params = {self("world"), placed_robot_field(), first_field()},
+                 .returns = {"int", "", "Its number.", {}},
+                 .effect = Effect::reads,
+                 .run = robot_index});
+  all.push_back({.name = "world.trajectory_index",
+                 .classic = "World GetPTrajectoryIndex(trajectory, first=1)",
+                 .summary = "Returns the index of a trajectory in the list of a world.",
+                 .details = counts,
+                 .example = example_run("assert(cell:trajectory_index(\"stroke\") == 0)"),
+                 .params = {self("world"), placed_trajectory_field(), first_field()},
+                 .returns = {"int", "", "Its number.", {}},
+                 .effect = Effect::reads,
+                 .run = trajectory_index});
   all.push_back({.name = "world.name_at",
                  .classic = "Worlds GetWorldId(index, first=1)",
                  .summary = "Returns the name of the i-th world.",
