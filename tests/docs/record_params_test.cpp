@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arguments of commands that are fields of records: each field of each kind, set by its command and
+// by record.set, gives the same record.
+#include "ioci/core/record_params.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "docs/examples.h"
+#include "ioci/core/commands.h"
+#include "kernel/literal.h"
+#include "kernel/text.h"
+#include "kernel/type.h"
+#include "lua/lua_state.h"
+#include "model/field_types.h"
+
+namespace robomosp::ioci {
+namespace {
+
+Application& app() { return test::examples_app(); }
+
+/// How a field is given where its type does not say what is valid there.
+struct Given {
+  std::string value;     ///< a literal; "" = one by the type
+  std::string with{};    ///< further arguments of the command
+  std::string before{};  ///< Lua before record.set
+  std::string path{};    ///< for record.set, if it is not the name
+  std::string there{};   ///< the value for record.set, if it is another
+};
+
+/// A struct of records and the command that sets its fields.
+struct Case {
+  std::string kind, record;
+  std::string path;   ///< of the struct in the kind
+  std::string at;     ///< what record.set has in front of a field
+  std::string setup;  ///< Lua that makes the records
+  /// Lua that calls the command; $ is where `, field = value` goes.
+  std::string call;
+  /// Lua that makes the same for record.set, if `call` adds an element.
+  std::string add;
+  std::map<std::string, Given> given;
+  /// Fields that the command does not have, and why.
+  std::map<std::string, std::string> other{};
+};
+
+std::string sample(const ParamSpec& p) {
+  const std::string_view type = plain_type(p.type);
+  const auto words = words_of(p);
+  if (type_tree(p.type).kind == TypeKind::colour) return "\"#204060\"";
+  if (!words.empty()) return "\"" + words.back().word + "\"";
+  if (type == "bool") return "true";
+  if (type == "int") return "3";
+  if (type == "vec3") return "{0.125, 0.25, 0.5}";
+  if (type == "string") return "\"other\"";
+  return p.max <= 0 ? "-0.25" : "0.25";
+}
+
+std::string replaced(std::string text, const std::string& with) {
+  const auto at = text.find('$');
+  if (at != std::string::npos) text.replace(at, 1, with);
+  return text;
+}
+
+/// What the record is after a script, without its history.
+std::string after(const Case& c, const std::string& lua) {
+  app().document.clear();
+  Session session("fields");
+  lua::LuaState state(app(), session, {.print = [](std::string_view) {}, .module_path = {}});
+  const auto done = state.run_string(c.setup + "\n" + lua, "fields");
+  if (!done.ok()) return "error: " + done.error().sentence() + "\n" + lua;
+  const auto described =
+      app().dispatch(session, "record.describe", Map{{"id", c.kind + " " + c.record}});
+  for (const AnyId id : app().document.now()->list(*kind_from(c.kind)))
+    if (app().document.now()->find(id)->name == c.record)
+      return literal(Value(describe_record(*app().document.now(), id)));
+  return "error: no " + c.kind + " " + c.record;
+}
+
+void compare(const Case& c) {
+  const std::string plain = after(c, c.add);
+  for (const ParamSpec& p : record_params(c.kind, c.path)) {
+    if (c.other.contains(p.name)) continue;
+    const auto it = c.given.find(p.name);
+    const Given g = it == c.given.end() ? Given{} : it->second;
+    if (g.value == "-") continue;  // one of several spellings of a placement
+    const std::string value = g.value.empty() ? sample(p) : g.value;
+    const std::string typed = after(c, replaced(c.call, g.with + ", " + p.name + " = " + value));
+    const std::string set =
+        after(c, c.add + "\n" + g.before + "\nrecord.set{id = " + c.kind + ".get(\"" + c.record +
+                     "\"), path = \"" + c.at + (g.path.empty() ? p.name : g.path) +
+                     "\", value = " + (g.there.empty() ? value : g.there) + "}");
+    EXPECT_EQ(typed, set) << c.kind << " " << c.at << p.name;
+    EXPECT_NE(typed, plain) << c.kind << " " << c.at << p.name << " changes nothing";
+    EXPECT_FALSE(typed.starts_with("error")) << typed;
+  }
+}
+
+const std::string kArm =
+    "solid.create{name = \"pin\", root = {kind = \"box\", x = 0.1, y = 0.1, z = 0.1}}\n"
+    "robot.create{name = \"arm\", links = {{name = \"a1\", a = 0.3}, {name = \"a2\", a = 0.2}, "
+    "{name = \"a3\", a = 0.1}}, poses = {up = {1, 1, 1}}}";
+
+/// A placement: one spelling counts for all, which the readers of poses have tests for.
+std::map<std::string, Given> with_placement(std::map<std::string, Given> given) {
+  for (const char* name :
+       {"cylindrical", "spherical", "rpy", "xyz", "zyz", "quaternion", "axis_angle", "placement"})
+    given[name] = {"-"};
+  return given;
+}
+
+TEST(RecordParams, LinksHaveEachFieldOfTheRecord) {
+  const std::string mass =
+      "record.set{id = robot.get(\"arm\"), path = \"links[2].given\", value = "
+      "{mass = 1.0}}";
+  compare({.kind = "robot",
+           .record = "arm",
+           .path = "links",
+           .at = "links[2].",
+           .setup = kArm,
+           .call = "robot.set_link{id = \"arm\", link = 2$}",
+           .add = "",
+           .given = {{"parent", {"\"base\""}},
+                     {"joint", {"\"prismatic\""}},
+                     {"convention", {"\"mdh\""}},
+                     {"origin", {"{0.1, 0, 0.2, 0, 0, 0.3}"}},
+                     {"axis",
+                      {"{0, 1, 0}", ", origin = {0, 0, 0.2, 0, 0, 0}",
+                       "record.set{id = robot.get(\"arm\"), path = \"links[2].origin\", value = "
+                       "{0, 0, 0.2, 0, 0, 0}}"}},
+                     {"mimic", {"{link = \"a1\", ratio = 2.0, offset = 0.1}"}},
+                     {"visible", {"false"}},
+                     {"mass", {"1.0", "", "", "given", "{mass = 1.0}"}},
+                     {"com", {"", ", mass = 1.0", mass, "com"}},
+                     {"inertia", {"{0.02, 0.01, 0.02, 0, 0, 0}", ", mass = 1.0", mass, "inertia"}},
+                     {"parts", {"{{what = \"pin\"}}"}}}});
+}
+
+TEST(RecordParams, MaterialsHaveEachFieldOfTheRecord) {
+  compare({.kind = "material",
+           .record = "paint",
+           .path = "",
+           .at = "",
+           .setup = "material.create{name = \"paint\", density = 1000}",
+           .call = "material.set{id = \"paint\"$}",
+           .add = "",
+           .given = {{"ambient", {"\"#204060\""}}, {"specular", {"\"#204060\""}}}});
+}
+
+TEST(RecordParams, RobotsSolidsTrajectoriesAndWorldsHaveTheirOwnFields) {
+  const std::string solver = "{name = \"numeric\", params = {}}";
+  compare({.kind = "robot",
+           .record = "arm",
+           .path = "",
+           .at = "",
+           .setup = kArm,
+           .call = "robot.set{id = \"arm\"$}",
+           .add = "",
+           .given = {{"convention", {"\"mdh\""}},
+                     {"mass_source", {"\"designed\""}},
+                     {"base", {"{0.1, 0, 0.2, 0, 0, 0.3}"}},
+                     {"tool", {"{0.1, 0, 0.2, 0, 0, 0.3}"}},
+                     {"base_parts", {"{{what = \"pin\"}}"}},
+                     {"base_mass", {"{mass = 2.0}"}},
+                     {"ik", {solver}},
+                     {"inverse_dynamics", {"{name = \"newton_euler\", params = {}}"}},
+                     {"forward_dynamics", {"{name = \"articulated_bodies\", params = {}}"}},
+                     {"controller", {"{name = \"pid\", params = {}}"}}},
+           .other = {{"links", "robot.set_link"},
+                     {"payload", "robot.set_payload"},
+                     {"tools", "robot.add_tool"},
+                     {"attached", "robot.attach"},
+                     {"tcp", "robot.change_tool"},
+                     {"loops", "robot.add_loop"},
+                     {"poses", "robot.set_pose"},
+                     {"axes", "robot.set_axes"},
+                     {"pair_rules", "robot.allow_pair"}}});
+  compare(
+      {.kind = "solid",
+       .record = "pin",
+       .path = "",
+       .at = "",
+       .setup = "material.create{name = \"steel\", density = 7850}",
+       .call = "solid.create{name = \"pin\", root = {kind = \"box\", x = 0.1, y = 0.1, z = "
+               "0.1}$}",
+       .add = "solid.create{name = \"pin\", root = {kind = \"box\", x = 0.1, y = 0.1, z = 0.1}}",
+       .given = {{"material", {"\"steel\""}}},
+       .other = {{"measured", "solid.measure"}, {"nodes", "solid.add_node"}}});
+  compare({.kind = "trajectory",
+           .record = "seam",
+           .path = "",
+           .at = "",
+           .setup =
+               "trajectory.create{name = \"seam\", segments = {{shape = \"line\", points = {{0, "
+               "0, 0}, {0.1, 0, 0}}}}}",
+           .call = "trajectory.set{id = \"seam\"$}",
+           .add = "",
+           .given = {},
+           .other = {{"segments", "trajectory.add_segment"}, {"along", "trajectory.along_edges"}}});
+  compare({.kind = "world",
+           .record = "cell",
+           .path = "",
+           .at = "",
+           .setup = "world.create{name = \"cell\"}",
+           .call = "world.set{id = \"cell\"$}",
+           .add = "",
+           .given = {},
+           .other = {{"objects", "world.add_object"},
+                     {"robots", "world.add_robot"},
+                     {"trajectories", "world.add_trajectory"},
+                     {"frames", "world.add_frame"},
+                     {"lights", "world.add_light"},
+                     {"tasks", "world.add_task"},
+                     {"programs", "world.add_program"},
+                     {"signals", "world.add_signal"},
+                     {"attachments", "world.attach"},
+                     {"pair_rules", "world.allow_pair"}}});
+}
+
+TEST(RecordParams, MembersOfWorldsAndPartsHaveEachFieldOfTheRecord) {
+  const std::string cell = kArm + "\nworld.create{name = \"cell\"}";
+  compare({.kind = "world",
+           .record = "cell",
+           .path = "lights",
+           .at = "lights[1].",
+           .setup = cell,
+           .call = "world.add_light{id = \"cell\"$}",
+           .add = "world.add_light{id = \"cell\"}",
+           .given = with_placement({})});
+  compare({.kind = "world",
+           .record = "cell",
+           .path = "signals",
+           .at = "signals[1].",
+           .setup = cell,
+           .call = "world.add_signal{id = \"cell\", name = \"go\"$}",
+           .add = "world.add_signal{id = \"cell\", name = \"go\"}",
+           .given = {{"initial", {"1.0"}},
+                     {"unit",
+                      {"\"m\"", ", kind = \"analogue\"",
+                       "record.set{id = world.get(\"cell\"), path = \"signals[1].kind\", value = "
+                       "\"analogue\"}"}}},
+           .other = {{"name", "It is given in each call."}}});
+  compare({.kind = "object",
+           .record = "bolt",
+           .path = "parts",
+           .at = "parts[1].",
+           .setup = kArm +
+                    "\nmaterial.create{name = \"steel\", density = 7850}\nobject.create{name "
+                    "= \"bolt\"}",
+           .call = "object.add_part{id = \"bolt\", what = \"pin\"$}",
+           .add = "object.add_part{id = \"bolt\", what = \"pin\"}",
+           .given = with_placement({{"material", {"\"steel\""}}}),
+           .other = {{"what", "It is given in each call."}}});
+}
+
+/// The kinds of steps with what each must have.
+const std::map<std::string, std::string> kSteps = {
+    {"move", ""},
+    {"attach", ", object = \"part\""},
+    {"detach", ", object = \"part\""},
+    {"set", ", signal = \"go\", value = 1"},
+    {"wait", ""},
+    {"call", ", task = \"inner\""},
+    {"repeat", ", count = 2"},
+    {"if", ", condition = \"go\""},
+    {"else", ""},
+    {"message", ", text = \"hello\""},
+};
+
+TEST(RecordParams, StepsHaveEachFieldOfTheRecordInTheKindsThatUseIt) {
+  const std::map<std::string, Given> special = {
+      {"trajectory", {"\"seam\""}},
+      {"joints", {"{0.1, 0.2, 0.3}"}},
+      {"target", {"{0.1, 0, 0.2, 0, 0, 0.3}"}},
+      {"path", {"\"straight\"", "", "", "is_straight", "true"}},
+      {"tool", {"", "", "", "link"}},
+      {"time", {"", "", "", "duration"}},
+      {"value", {"\"2\"", "", "", "expression"}},
+      {"condition", {"\"stop > 0\"", "", "", "expression"}},
+      {"task", {"\"other_task\""}},
+  };
+  std::set<std::string> fields;
+  const TypeTree& type = *named_type("step");
+  ASSERT_EQ(type.cases.size(), kSteps.size());
+  for (const auto& [kind, params] : type.cases) {
+    const std::string base = kSteps.at(kind);
+    // A block before else; the step that counts is the second.
+    Case c{.kind = "task",
+           .record = "job",
+           .path = "steps",
+           .at = "steps[2].",
+           .setup =
+               kArm +
+               "\ntrajectory.create{name = \"seam\", segments = {{shape = \"line\", points = {{0, "
+               "0, 0}, {0.1, 0, 0}}}}}\ntask.create{name = \"inner\"}\n"
+               "task.create{name = \"other_task\"}",
+           .call = "",
+           .add = "",
+           .given = {}};
+    const auto made = [&](const std::string& more) {
+      return "task.create{name = \"job\", steps = {{step = \"if\", condition = \"go\"}, {step = "
+             "\"" +
+             kind + "\"" + more + "}}}";
+    };
+    const std::string plain = after(c, made(base));
+    EXPECT_FALSE(plain.starts_with("error")) << plain;
+    for (const ParamSpec& p : params) {
+      if (p.name == "steps") continue;
+      const auto it = special.find(p.name);
+      const Given g = it == special.end() ? Given{} : it->second;
+      const std::string value = g.value.empty() ? sample(p) : g.value;
+      const std::string path = g.path.empty() ? p.name : g.path;
+      fields.insert(path);
+      // What is needed is given once.
+      std::string others;
+      for (const std::string_view part : text::split(base, ','))
+        if (const std::string_view one = text::trim(part);
+            !one.empty() && !one.starts_with(p.name + " "))
+          others += ", " + std::string(one);
+      const std::string typed = after(c, made(others + ", " + p.name + " = " + value));
+      const std::string set =
+          after(c, made(base) + "\nrecord.set{id = task.get(\"job\"), path = \"" + c.at + path +
+                       "\", value = " + (g.there.empty() ? value : g.there) + "}");
+      EXPECT_EQ(typed, set) << kind << " " << p.name;
+      EXPECT_FALSE(typed.starts_with("error")) << typed;
+      EXPECT_NE(typed, plain) << kind << " " << p.name << " changes nothing";
+    }
+  }
+  for (const model::Field& f : model::type_of<model::TaskStep>().fields)
+    if (f.name != "kind" && f.name != "parent") {
+      EXPECT_TRUE(fields.contains(std::string(f.name))) << "no step has " << f.name;
+    }
+}
+
+}  // namespace
+}  // namespace robomosp::ioci
