@@ -578,11 +578,17 @@ namespace {
 void form_lines(std::string& out, const Schema& schema, const Map& filled, std::size_t indent,
                 std::size_t depth) {
   constexpr std::size_t kDeepest = 8;  // a type may contain itself
+  // Conditions may compare a part of a field: `shape.name`.
   const auto value_of = [&](std::string_view name) -> const Value* {
-    if (const Value* v = filled.find(name)) return v;
+    const std::string_view first = name.substr(0, name.find('.'));
+    const Value* v = filled.find(first);
     for (const ParamSpec& p : schema)
-      if (p.name == name && p.default_value) return &*p.default_value;
-    return nullptr;
+      if (!v && p.name == first && p.default_value) v = &*p.default_value;
+    while (v && name.find('.') != std::string_view::npos) {
+      name.remove_prefix(name.find('.') + 1);
+      v = v->as_map() ? v->as_map()->find(name.substr(0, name.find('.'))) : nullptr;
+    }
+    return v;
   };
   struct Line {
     const ParamSpec* param;

@@ -22,7 +22,7 @@
 namespace robomosp::ioci {
 namespace {
 
-Application& app() { return test::examples_app(); }
+Application& fields_app() { return test::examples_app(); }
 
 /// How a field is given where its type does not say what is valid there.
 struct Given {
@@ -68,16 +68,16 @@ std::string replaced(std::string text, const std::string& with) {
 
 /// What the record is after a script, without its history.
 std::string after(const Case& c, const std::string& lua) {
-  app().document.clear();
+  fields_app().document.clear();
   Session session("fields");
-  lua::LuaState state(app(), session, {.print = [](std::string_view) {}, .module_path = {}});
+  lua::LuaState state(fields_app(), session, {.print = [](std::string_view) {}, .module_path = {}});
   const auto done = state.run_string(c.setup + "\n" + lua, "fields");
   if (!done.ok()) return "error: " + done.error().sentence() + "\n" + lua;
   const auto described =
-      app().dispatch(session, "record.describe", Map{{"id", c.kind + " " + c.record}});
-  for (const AnyId id : app().document.now()->list(*kind_from(c.kind)))
-    if (app().document.now()->find(id)->name == c.record)
-      return literal(Value(describe_record(*app().document.now(), id)));
+      fields_app().dispatch(session, "record.describe", Map{{"id", c.kind + " " + c.record}});
+  for (const AnyId id : fields_app().document.now()->list(*kind_from(c.kind)))
+    if (fields_app().document.now()->find(id)->name == c.record)
+      return literal(Value(describe_record(*fields_app().document.now(), id)));
   return "error: no " + c.kind + " " + c.record;
 }
 
@@ -102,8 +102,8 @@ void compare(const Case& c) {
 
 const std::string kArm =
     "solid.create{name = \"pin\", root = {kind = \"box\", x = 0.1, y = 0.1, z = 0.1}}\n"
-    "robot.create{name = \"arm\", links = {{name = \"a1\", a = 0.3}, {name = \"a2\", a = 0.2}, "
-    "{name = \"a3\", a = 0.1}}, poses = {up = {1, 1, 1}}}";
+    "robot.create{name = \"arm\", links = {{name = \"a1\", a = 0.3}, {name = \"a2\"}, "
+    "{name = \"a3\", a = 0.1}}}";
 
 /// A placement: one spelling counts for all, which the readers of poses have tests for.
 std::map<std::string, Given> with_placement(std::map<std::string, Given> given) {
@@ -259,11 +259,11 @@ TEST(RecordParams, MembersOfWorldsAndPartsHaveEachFieldOfTheRecord) {
 
 /// The kinds of steps with what each must have.
 const std::map<std::string, std::string> kSteps = {
-    {"move", ""},
+    {"move", ", pose = \"up\""},
     {"attach", ", object = \"part\""},
     {"detach", ", object = \"part\""},
     {"set", ", signal = \"go\", value = 1"},
-    {"wait", ""},
+    {"wait", ", time = 1"},
     {"call", ", task = \"inner\""},
     {"repeat", ", count = 2"},
     {"if", ", condition = \"go\""},
@@ -282,6 +282,19 @@ TEST(RecordParams, StepsHaveEachFieldOfTheRecordInTheKindsThatUseIt) {
       {"value", {"\"2\"", "", "", "expression"}},
       {"condition", {"\"stop > 0\"", "", "", "expression"}},
       {"task", {"\"other_task\""}},
+  };
+  // Fields that take the place of others or need them, with these: as the step and as the record
+  // has them. The record gets both at once.
+  const std::string target = ", target = {0, 0, 0.5, 0, 0, 0}";
+  const std::map<std::string, std::pair<std::string, std::string>> together = {
+      {"move trajectory", {"", ""}},
+      {"move joints", {"", ""}},
+      {"move target", {"", ""}},
+      {"move frame", {target, target}},
+      {"move path", {target, target}},
+      {"move tool_speed", {target + ", path = \"straight\"", target + ", is_straight = true"}},
+      {"wait condition", {"", ""}},
+      {"wait timeout", {", condition = \"go\"", ", expression = \"go\""}},
   };
   std::set<std::string> fields;
   const TypeTree& type = *named_type("step");
@@ -321,10 +334,17 @@ TEST(RecordParams, StepsHaveEachFieldOfTheRecordInTheKindsThatUseIt) {
         if (const std::string_view one = text::trim(part);
             !one.empty() && !one.starts_with(p.name + " "))
           others += ", " + std::string(one);
+      std::string record = made(base) + "\nrecord.set{id = task.get(\"job\"), path = \"" + c.at +
+                           path + "\", value = " + (g.there.empty() ? value : g.there) + "}";
+      if (const auto both = together.find(kind + " " + p.name); both != together.end()) {
+        others = both->second.first;
+        record = made(base) + "\nrecord.set{id = task.get(\"job\"), path = \"steps\", value = " +
+                 "{{kind = \"if\", expression = \"go\"}, {kind = \"" + kind + "\"" +
+                 both->second.second + ", " + path + " = " + (g.there.empty() ? value : g.there) +
+                 "}}}";
+      }
       const std::string typed = after(c, made(others + ", " + p.name + " = " + value));
-      const std::string set =
-          after(c, made(base) + "\nrecord.set{id = task.get(\"job\"), path = \"" + c.at + path +
-                       "\", value = " + (g.there.empty() ? value : g.there) + "}");
+      const std::string set = after(c, record);
       EXPECT_EQ(typed, set) << kind << " " << p.name;
       EXPECT_FALSE(typed.starts_with("error")) << typed;
       EXPECT_NE(typed, plain) << kind << " " << p.name << " changes nothing";

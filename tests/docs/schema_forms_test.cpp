@@ -269,8 +269,9 @@ TEST(SchemaForms, ConditionsOfFieldsSayWhatTheModelDoes) {
   for (const model::FieldNote& note : model::field_notes()) {
     const model::NotedField at = model::noted_field(note);
     ASSERT_NE(at.field, nullptr) << note.kind << " has no " << note.path;
-    const std::string text =
-        note.type.starts_with('@') ? "any " + std::string(note.type) : std::string(note.type);
+    const std::string text = note.type.empty() || note.type.starts_with('@')
+                                 ? "any " + std::string(note.type)
+                                 : std::string(note.type);
     const auto parsed = parse_type(text);
     ASSERT_TRUE(parsed.ok()) << note.path << ": " << parsed.error().sentence();
     noted.insert(at.field);

@@ -327,7 +327,7 @@ RMP_COMMANDS(world_task_commands) {
   list("world.lights", "Lists the lights of a world.",
        "cell:add_light{}\nassert(cell:lights()[1].name == \"light\")", member_list<lights_field>,
        {its_name, field("kind", "string", "", "sun, point or spot."), its_place,
-        field("colour", "string", "", "Its colour."),
+        field("colour", "colour", "", "Its colour."),
         field("intensity", "real", "", "1 = as bright as the program's own lamp."),
         field("angle", "real", "rad", "Half the opening angle of a spot.")});
   list("world.tasks", "Lists the tasks of a world.", "assert(#cell:tasks() == 0)",
