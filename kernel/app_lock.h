@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The application lock: whoever holds it is the application for that moment (layer: core).
+// The application lock: only the thread that holds it changes shared state (layer: core).
 #pragma once
 
 #include <atomic>
@@ -17,22 +17,22 @@
 
 namespace robomosp {
 
-/// One mutex for the document, its history and what sessions share. Nobody computes, waits or calls
-/// a provider, a script or a subscriber while holding it; what must be called is put off with
-/// later() until it is free again. A thread that holds it may take it again. [any thread]
+/// One mutex for the document, its history and the state that sessions share. A thread that holds
+/// it must not compute, wait, or call a provider, a script or a subscriber; later() defers such
+/// calls until the lock is free. The lock is recursive. [any thread]
 class AppLock {
  public:
   /// Holding it longer than this is a defect; it is counted.
   static constexpr std::chrono::milliseconds kLongestHold{50};
-  /// Time that passes for the holder. Tests leave out the time that the thread waited for a core.
+  /// Clock for hold times. Tests use one that excludes the time the thread waited for a core.
   using Clock = std::function<std::chrono::nanoseconds()>;
 
   AppLock() = default;
   AppLock(const AppLock&) = delete;
   AppLock& operator=(const AppLock&) = delete;
 
-  /// Holds it for a scope; `who` names the holder where it is held too long, and outlives the
-  /// scope.
+  /// Holds the lock for a scope; `who` names the holder in reports of long holds, and must outlive
+  /// the scope.
   class Hold {
    public:
     Hold(AppLock& lock, std::string_view who) : lock_(lock), outer_(lock.take(who)) {}
@@ -44,20 +44,21 @@ class AppLock {
 
    private:
     AppLock& lock_;
-    bool outer_;  ///< this thread held it already
+    bool outer_;  ///< this thread already held it
   };
 
-  /// Whether this thread holds it.
+  /// True if this thread holds the lock.
   [[nodiscard]] bool is_held() const;
-  /// Whether this thread holds any application lock; then it must not compute or wait.
+  /// True if this thread holds any application lock; then it must not compute or wait.
   [[nodiscard]] static bool is_any_held();
-  /// Counts a call of a provider or script by a thread that holds one, which is a defect.
+  /// Counts a call of a provider or script by a thread that holds a lock, which is a defect.
   static void expect_free();
-  /// Calls `task` once this thread holds the lock no more, after those that were put off before it,
-  /// and never two at a time. It may be called by another thread that is at it already; where more
-  /// is put off than that one gets done, those who put it off wait a little and then take turns.
+  /// Calls `task` once this thread no longer holds the lock, after all tasks deferred before it;
+  /// tasks never run concurrently. A thread that is already running tasks may call it. If tasks
+  /// arrive faster than that thread runs them, the threads that add them wait briefly and then take
+  /// turns.
   void later(std::function<void()> task);
-  /// Calls what was put off, unless this thread holds the lock.
+  /// Runs the deferred tasks, unless this thread holds the lock.
   void flush();
 
   struct Stats {
@@ -65,19 +66,20 @@ class AppLock {
     std::uint64_t long_holds = 0;  ///< longer than kLongestHold
     std::chrono::nanoseconds longest{0};
     std::string longest_by;
-    std::uint64_t calls_within = 0;  ///< of providers and scripts while it was held
+    std::uint64_t calls_within = 0;  ///< calls of providers and scripts by a thread that held the
+                                     ///< lock
   };
   [[nodiscard]] Stats stats() const;
-  /// Empty = the steady clock. Not while anything runs.
+  /// Sets the clock; empty = the steady clock. Call it while no other thread runs.
   void set_clock(Clock clock) { clock_ = std::move(clock); }
-  /// Called, put off, after each hold that was too long. Not while anything runs.
+  /// Callback, deferred, for each hold that was too long. Set it as set_clock().
   void on_long_hold(std::function<void(const std::string& who, std::chrono::nanoseconds)> report) {
     report_ = std::move(report);
   }
 
  private:
   friend class Hold;
-  bool take(std::string_view who);  ///< true if this thread held it already
+  bool take(std::string_view who);  ///< true if this thread already held the lock
   void release();
   [[nodiscard]] std::chrono::nanoseconds now() const;
 
@@ -94,10 +96,12 @@ class AppLock {
   std::mutex tasks_mutex_;
   std::deque<std::function<void()>> tasks_;  // guarded by tasks_mutex_
   bool is_flushing_ = false;                 // guarded by tasks_mutex_
-  std::thread::id flushing_;                 // guarded by tasks_mutex_; which thread is at it
-  std::size_t waiting_ = 0;                  // guarded by tasks_mutex_; for their turn
-  bool is_handed_on_ = false;                // guarded by tasks_mutex_; to one who waits
-  std::uint64_t turns_ = 0;                  // guarded by tasks_mutex_; handed on so far
+  std::thread::id flushing_;                 // guarded by tasks_mutex_; the thread that runs tasks
+  std::size_t waiting_ = 0;                  // guarded by tasks_mutex_; threads waiting for their
+                                             // turn
+  bool is_handed_on_ = false;                // guarded by tasks_mutex_; a waiting thread runs the
+                                             // tasks next
+  std::uint64_t turns_ = 0;                  // guarded by tasks_mutex_; number of hand-overs
   std::condition_variable turn_;
   std::atomic<bool> has_tasks_{false};
 };

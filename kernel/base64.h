@@ -12,11 +12,12 @@ namespace robomosp::base64 {
 /// Appends the text of some bytes.
 void append(std::string& out, std::string_view bytes);
 
-/// Bytes that a text stands for, by its length and padding; nothing when no text has that length.
+/// Number of bytes encoded by a text, from its length and padding; empty if no text has that
+/// length.
 [[nodiscard]] std::optional<std::size_t> decoded_size(std::string_view text);
 
-/// Writes decoded_size(text) bytes to `out`; false when the text is not base64: other characters,
-/// padding within it, or bits behind the last byte that are not 0.
+/// Writes decoded_size(text) bytes to `out`; false if the text is not Base64: other characters,
+/// padding in the middle, or nonzero bits after the last byte.
 [[nodiscard]] bool decode(std::string_view text, char* out);
 
 }  // namespace robomosp::base64

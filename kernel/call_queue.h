@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CallQueue: calls that other threads hand to the one thread that may answer them, such as that of
-// a script, and ways to wait that answer them meanwhile (layer: core).
+// CallQueue: calls that other threads hand to the one thread that may run them, such as that of a
+// script, and functions to wait while running them (layer: core).
 #pragma once
 
 #include <atomic>
@@ -16,8 +16,9 @@
 
 namespace robomosp {
 
-/// Belongs to the thread that made it, its owner, which answers where it waits (wait_serving(), or
-/// serve() in a loop of its own), not in the middle of its own work. [any thread] unless marked.
+/// Belongs to the thread that made it, its owner. The owner runs the calls where it waits
+/// (wait_serving(), or serve() in its own loop), never in the middle of other work. [any thread]
+/// unless marked.
 class CallQueue {
  public:
   CallQueue() = default;
@@ -27,26 +28,26 @@ class CallQueue {
 
   enum class Outcome : std::uint8_t {
     done,
-    late,     ///< the owner did not come to it within the limit
-    closed,   ///< the owner is gone
-    given_up  ///< the caller asked to end
+    late,     ///< the owner did not start the call within the limit
+    closed,   ///< the owner has ended
+    given_up  ///< the caller cancelled
   };
-  /// Has `fn` called by the owner and waits for its end. `limit` counts until it begins; `gives_up`
-  /// (may be empty) is asked every 50 ms until then. Not for the owner.
+  /// Runs `fn` on the owner's thread and waits until it returns. `limit` applies until the call
+  /// starts; `gives_up` (may be empty) is polled every 50 ms until then. Not for the owner.
   [[nodiscard]] Outcome call(const std::function<void()>& fn, std::chrono::milliseconds limit,
                              const std::function<bool()>& gives_up = {});
-  /// Answers what waits; returns how many. [owner]
+  /// Runs all waiting calls; returns their number. [owner]
   std::size_t serve();
-  /// Whether this thread is just answering a call of another one.
+  /// True if this thread is currently running a call of another thread.
   [[nodiscard]] static bool is_serving();
   [[nodiscard]] bool has_calls() const { return waiting_.load(std::memory_order_acquire) > 0; }
-  /// Somebody for whom the owner answers came or went; without one, what waits is refused, and all
-  /// that comes. [owner]
+  /// open() and close() count the users that the owner runs calls for; without users, waiting and
+  /// new calls are refused. [owner]
   void open();
   void close();
 
-  /// Calls `wake` at each new call while it lives; make and destroy it with no lock held that
-  /// `wake` takes. [owner]
+  /// Calls `wake` for each new call during its lifetime. Create and destroy it without holding any
+  /// lock that `wake` acquires. [owner]
   class Waker {
    public:
     Waker(CallQueue& queue, std::function<void()> wake);
@@ -60,9 +61,9 @@ class CallQueue {
     std::function<void()> wake_;
   };
 
-  /// The one of this thread; it lives as long as somebody shares it.
+  /// The queue of this thread; it lives as long as a shared owner exists.
   [[nodiscard]] static std::shared_ptr<CallQueue> for_this_thread();
-  /// The same, null where this thread answers nobody. Other threads may let go of it at any time.
+  /// The same, null if this thread has no queue. Other threads may release it at any time.
   [[nodiscard]] static std::shared_ptr<CallQueue> of_this_thread();
 
  private:
@@ -76,8 +77,8 @@ class CallQueue {
   std::atomic<std::size_t> waiting_{0};
 };
 
-/// Waits on `cv` until `is_done` or the time is over, and answers what is handed to this thread
-/// meanwhile. `lock` holds the mutex that goes with `cv`. False when the time is over first.
+/// Waits on `cv` until `is_done` or the timeout, and runs calls handed to this thread meanwhile.
+/// `lock` holds the mutex of `cv`. Returns false on timeout.
 template <class Cv, class Done, class Rep, class Period>
 bool wait_serving(std::unique_lock<std::mutex>& lock, Cv& cv,
                   std::chrono::duration<Rep, Period> at_most, Done is_done) {

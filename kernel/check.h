@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// RMP_CHECK: an invariant that only a defect of this program can break; says so and aborts, also
-// in release (layer: core).
+// RMP_CHECK: an invariant that only a defect of this program can break; prints it and aborts, also
+// in release builds (layer: core).
 #pragma once
 
 #include <cstdio>

@@ -14,7 +14,7 @@
 
 namespace robomosp {
 
-/// The onion: each layer may use itself and what is inside it.
+/// The layers of the onion: each may use itself and the layers inside it.
 enum class Layer : std::uint8_t { core, data_processing, application, gui };
 [[nodiscard]] std::string_view to_string(Layer);
 
@@ -24,7 +24,7 @@ struct ComponentInfo {
   std::vector<std::string> requires_;  ///< ids
 };
 
-/// Something with a start and a stop. [application thread]
+/// A part of the program that is started and stopped. [application thread]
 class Component {
  public:
   virtual ~Component() = default;
@@ -37,13 +37,14 @@ class Components {
   Components() = default;
   Components(const Components&) = delete;
   Components& operator=(const Components&) = delete;
-  ~Components();  ///< stops what is running
+  ~Components();  ///< stops the running components
 
-  /// Refuses a second component of the same id.
+  /// Rejects a second component with the same id.
   Result<void> add(ComponentInfo, std::unique_ptr<Component>);
-  /// Starts all in topological order. Refuses, by name and before anything starts: a missing id,
-  /// a component that needs an outer layer, a cycle (with its path). If a start fails, those
-  /// already started are stopped again. Called again, it starts what was added since.
+  /// Starts all components in topological order. Before starting any, it rejects a missing id, a
+  /// component that needs an outer layer, and a cycle (with its path), by name. If a start fails,
+  /// the components already started are stopped again. A later call starts the components added
+  /// since.
   Result<void> start_all();
   void stop_all() noexcept;                               ///< reverse order
   [[nodiscard]] std::vector<ComponentInfo> list() const;  ///< in start order once started

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that read files for a session whose files lie in a folder: the system itself (Landlock)
-// keeps them to it, whatever names the files hold that they read (layer: core).
+// Programs that read files for a session that is confined to a folder: the system (Landlock)
+// restricts them to it, whatever names the files they read contain (layer: core).
 #pragma once
 
 #include <filesystem>
@@ -12,13 +12,13 @@
 
 namespace robomosp {
 
-/// Holds as long as the program runs; then removes the temporary folder that was its own.
+/// Keep it while the program runs; it then removes the program's temporary folder.
 class ProcessConfinement {
  public:
-  /// Where this thread's permit has a folder for files, changes what is to be run so that the
-  /// program can read that folder, those that come with it, libraries of the system and `code`, and
-  /// write in a temporary folder of its own (TMPDIR), and opens nothing else. Without one, nothing
-  /// is changed. ErrorCode::unsupported where the system cannot do that.
+  /// If this thread's permit has a folder for files, changes the process specification so that the
+  /// program can read that folder, the files shipped with this program, system libraries and
+  /// `code`, write in a separate temporary folder (TMPDIR), and open nothing else. Without such a
+  /// folder nothing changes. ErrorCode::unsupported if the system lacks this.
   static Result<ProcessConfinement> apply(ProcessSpec&,
                                           const std::vector<std::filesystem::path>& code = {});
   ProcessConfinement(ProcessConfinement&& from) noexcept : own_(std::move(from.own_)) {
@@ -32,7 +32,7 @@ class ProcessConfinement {
   std::filesystem::path own_;  ///< its temporary folder; empty = none
 };
 
-/// Whether the system can keep a program to folders.
+/// True if the system can confine a program to folders.
 [[nodiscard]] bool can_confine_processes() noexcept;
 
 }  // namespace robomosp

@@ -11,18 +11,18 @@
 
 namespace robomosp {
 
-/// What work does to the world outside its return value.
+/// Side effects of a command or other work.
 enum class Effect : std::uint8_t {
-  reads,        ///< looks at the document, at recordings, at what is loaded
+  reads,        ///< reads the document, recordings or the list of loaded plugins
   edits,        ///< changes the document or its history
   simulates,    ///< makes or changes recordings, runs, jobs and caches
-  files_read,   ///< reads files that are named to it
+  files_read,   ///< reads files named in its arguments
   files_write,  ///< writes files
   processes,    ///< starts other programs
-  providers,    ///< registers, withdraws or chooses providers
+  providers,    ///< registers, removes or selects providers
   loads_code,   ///< loads plugins, evaluates scripts
   stops,        ///< ends the program
-  administers   ///< opens the program to others, and says what they may do
+  administers   ///< gives others access to the program, and sets their permissions
 };
 inline constexpr Effect kAllEffects[] = {Effect::reads,      Effect::edits,       Effect::simulates,
                                          Effect::files_read, Effect::files_write, Effect::processes,
@@ -31,7 +31,7 @@ inline constexpr Effect kAllEffects[] = {Effect::reads,      Effect::edits,     
 
 /// The word that tables and settings use, such as "files_read".
 [[nodiscard]] std::string_view to_string(Effect);
-/// What is done, as in "edits the document".
+/// The effect as a phrase, such as "edits the document".
 [[nodiscard]] std::string_view phrase(Effect);
 
 /// A set of effects.
@@ -45,7 +45,7 @@ class Effects {
     return s;
   }
   [[nodiscard]] constexpr bool has(Effect e) const { return (bits_ & bit(e)) != 0; }
-  /// Whether it has any of the others.
+  /// True if the two sets share a member.
   [[nodiscard]] constexpr bool meets(Effects o) const { return (bits_ & o.bits_) != 0; }
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
   [[nodiscard]] friend constexpr Effects operator|(Effects a, Effects b) {
@@ -61,7 +61,7 @@ class Effects {
   constexpr bool operator==(const Effects&) const = default;
   /// Its members in the order of the enumeration.
   [[nodiscard]] std::vector<Effect> list() const;
-  /// "edits, files_read"; "reads" for the set of no other effect.
+  /// "edits, files_read"; "reads" for the empty set.
   [[nodiscard]] std::string text() const;
 
  private:

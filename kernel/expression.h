@@ -16,33 +16,33 @@
 
 namespace robomosp {
 
-/// A number in SI and what it is a number of.
+/// A number in SI units with its dimension.
 struct Quantity {
   double value = 0;
   units::Dimension dimension{};
-  bool fits_any = false;  ///< the number 0 written without a unit: it is 0 of everything
+  bool fits_any = false;  ///< the number 0 written without a unit, which fits any dimension
 };
 
-/// Whether quantities of these dimensions may be added and compared. They are equal, or differ only
-/// in radians while there are metres or kilograms in them: an arc `radius * angle` is a length, but
-/// a plain number is not an angle, and a frequency not an angular speed.
+/// True if quantities of these dimensions may be added and compared: the dimensions are equal, or
+/// differ only in radians and contain metres or kilograms. So an arc `radius * angle` is a length,
+/// but a plain number is not an angle, and a frequency not an angular speed.
 [[nodiscard]] bool same_kind(const units::Dimension&, const units::Dimension&);
 
 /// A compiled expression. Immutable. [any thread]
 class Expression {
  public:
   static constexpr std::size_t kLongest = 4000;  ///< characters of a text
-  static constexpr std::size_t kDeepest = 60;    ///< brackets, functions and signs in each other
+  static constexpr std::size_t kDeepest = 60;    ///< nesting of brackets, functions and signs
 
   /// A name used: `bore` (scope "") or `cell.bore`.
   struct Name {
     std::string scope, name;
     bool operator==(const Name&) const = default;
   };
-  /// The quantity behind a name, or why there is none.
+  /// The quantity of a name, or the reason why it has none.
   using Lookup = std::function<Result<Quantity>(const Name&)>;
 
-  /// Reads a text. A fault is one sentence whose `where` is `at character 7 of "bore + "`.
+  /// Parses a text. A fault is one sentence; its `where` is `at character 7 of "bore + "`.
   [[nodiscard]] static Result<Expression> compile(std::string_view text);
 
   [[nodiscard]] const std::string& text() const { return text_; }  ///< without blanks around it
@@ -50,25 +50,26 @@ class Expression {
   /// A number with or without a unit and nothing else: "3 mm", "-0.5".
   [[nodiscard]] bool is_literal() const;
 
-  /// The value; names are looked up when they are needed and each at most once. Faults are
-  /// dimensions that do not fit, roots of negative numbers, division by zero and results beyond the
-  /// range of real numbers; in a branch of `if` that is not taken only the first.
+  /// The value. Names are looked up on demand, each at most once. Faults are incompatible
+  /// dimensions, roots of negative numbers, division by zero and results beyond the range of real
+  /// numbers; in a branch of `if` that is not taken, only the first of these.
   [[nodiscard]] Result<Quantity> evaluate(const Lookup&) const;
   /// The same for a number of SI unit `si_unit`; another dimension is a fault that names both.
   [[nodiscard]] Result<double> evaluate(const Lookup&, std::string_view si_unit) const;
 
-  /// The text with each name replaced by what `rename` makes of it; all else stays as written.
+  /// The text with each name replaced by the result of `rename`; everything else stays as written.
   [[nodiscard]] std::string renamed(const std::function<Name(const Name&)>& rename) const;
   /// The expression in its shortest spelling: no needless brackets, one blank around operators.
   [[nodiscard]] std::string print() const;
   /// How a name is written: `bore`, `cell.bore`, `'my cell'.bore`.
   [[nodiscard]] static std::string spell(const Name&);
 
-  /// Whether something may be called so: a letter or _, then letters, digits and _; not the name of
-  /// a unit, function or constant. `what` as in "parameter".
+  /// Checks that a text can be a name: a letter or _, then letters, digits and _, and not the name
+  /// of a unit, function or constant. `what` names the object in the error, such as "parameter".
   [[nodiscard]] static Result<void> check_name(std::string_view name, std::string_view what);
 
-  /// Same programs: equal but for blanks, needless brackets and the spelling of numbers.
+  /// True for equal programs: the texts differ only in blanks, needless brackets and the spelling
+  /// of numbers.
   bool operator==(const Expression& other) const { return code_ == other.code_; }
 
  private:
@@ -76,12 +77,12 @@ class Expression {
   friend class ExpressionCompiler;
   friend class ExpressionMachine;
   enum class Op : std::uint8_t;
-  /// One step of the program in postfix order; [begin, end) is what it came from in the text.
+  /// One step of the program in postfix order; [begin, end) is its range in the text.
   struct Step {
     Op op{};
-    std::uint32_t count = 0;  ///< operands; of a name: its index
+    std::uint32_t count = 0;  ///< number of operands; for a name: its index
     Quantity constant;
-    std::uint32_t begin = 0, end = 0, at = 0;  ///< `at`: the operator or function itself
+    std::uint32_t begin = 0, end = 0, at = 0;  ///< `at`: position of the operator or function
     std::string unit{};                        ///< of a number, as written
     double number = 0;                         ///< of a number, before its unit
     bool operator==(const Step&) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What expressions are made of: operations, functions, operators and their precedence (layer:
-// core). Internal to kernel/expression*.cpp.
+// The elements of expressions: operations, functions, operators and their precedence (layer: core).
+// Internal to kernel/expression*.cpp.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace robomosp {
 enum class Expression::Op : std::uint8_t {
   constant,
   pi,
-  unit,  ///< a unit by itself: `mm`
+  unit,  ///< a unit without a number: `mm`
   name,
   negate,
   invert,  ///< not
@@ -55,7 +55,8 @@ class ExpressionGrammar {
  public:
   using Op = Expression::Op;
   static constexpr std::size_t kMostArguments = 100;
-  static constexpr int kMostPower = 9;  ///< of a unit or a quantity with a dimension
+  static constexpr int kMostPower = 9;  ///< greatest power of a unit or of a quantity with a
+                                        ///< dimension
 
   // Levels of precedence: or 1, and 2, not 3, comparisons 4, sums 5, products 6, sign 7, power 8.
   static constexpr int kNot = 3, kCompare = 4, kProduct = 6, kSign = 7, kPower = 8, kAtom = 9;
@@ -129,7 +130,7 @@ class ExpressionGrammar {
   }
   static bool is_digit(char c) { return c >= '0' && c <= '9'; }
   static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-  /// Whether it can be a name.
+  /// True if a text can be a name.
   static bool is_word(std::string_view s) {
     return !s.empty() && is_letter(s.front()) &&
            std::all_of(s.begin(), s.end(), [](char c) { return is_letter(c) || is_digit(c); });

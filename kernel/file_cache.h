@@ -15,29 +15,30 @@
 
 namespace robomosp {
 
-/// Each value is a file of its own, whose name comes from its kind, its key and the build that made
-/// it, and which holds a checksum. What is damaged or not ours is removed with a note, and counts
-/// as not there; so does everything when the folder cannot be used. A file is written under another
-/// name and renamed, so that any number of programs may share the folder. [any thread]
+/// Stores each value in a separate file with a checksum; its name is derived from the kind, the key
+/// and the build that wrote it. Damaged and foreign files are removed with a note and count as
+/// missing; if the folder cannot be used, every value counts as missing. A file is written under
+/// another name and renamed, so that several programs can share the folder. [any thread]
 class FileCache {
  public:
   struct Options {
     std::filesystem::path folder;
     std::uint64_t limit = std::uint64_t{512} << 20;  ///< of all files [bytes]
-    /// Of the program and whatever else decides what is computed; others' files are not looked at.
+    /// Identifies the program and all else that affects computed values; files of other builds are
+    /// ignored.
     Fingerprint build = fingerprint_of_program();
-    /// Told in a sentence what was not as it should be; on the thread that found it, one at a time.
-    /// It does not call the cache.
+    /// Called with one sentence for each problem, on the thread that found it, one call at a time.
+    /// It must not call the cache.
     std::function<void(const std::string&)> note = {};
   };
   explicit FileCache(Options options);
 
-  /// What was kept. `kind` is a word of letters, digits and '_'.
+  /// The stored bytes, if any. `kind` is a word of letters, digits and '_'.
   [[nodiscard]] std::optional<std::string> read(std::string_view kind, const Fingerprint& key);
-  /// Keeps `bytes`, and removes what was used longest ago where the limit is passed. What alone
-  /// takes more than a quarter of the limit is not kept.
+  /// Stores `bytes`, and removes the least recently used files if the limit is exceeded. Does not
+  /// store a value larger than a quarter of the limit.
   void write(std::string_view kind, const Fingerprint& key, std::string_view bytes);
-  /// Of bytes that read() gave and that make no sense: as if they had been damaged.
+  /// Discards a value that read() returned but that cannot be decoded, as if it were damaged.
   void refuse(std::string_view kind, const Fingerprint& key);
 
   struct State {
@@ -45,19 +46,19 @@ class FileCache {
     std::uint64_t hits = 0, misses = 0, refused = 0, written = 0;  ///< by this object
   };
   [[nodiscard]] State state() const;
-  /// Removes all that is kept, of any build, and nothing else; gives the number of files.
+  /// Removes all stored values, of any build, and nothing else; returns the number of files.
   std::uint64_t clear();
   [[nodiscard]] const std::filesystem::path& folder() const { return options_.folder; }
   [[nodiscard]] std::uint64_t limit() const { return options_.limit; }
 
-  /// The file of a value, whether it is there or not.
+  /// Path of the file of a value, existing or not.
   [[nodiscard]] std::filesystem::path file_of(std::string_view kind, const Fingerprint& key) const;
-  /// Of the executable's size, time and version.
+  /// Computed from the executable's size, time and version.
   static Fingerprint fingerprint_of_program();
-  /// ROBOMOSP_CACHE where it is a folder, else $XDG_CACHE_HOME/robomosp/geometry or
-  /// ~/.cache/robomosp/geometry; empty where it is "off" or there is no home.
+  /// ROBOMOSP_CACHE if it names a folder, else $XDG_CACHE_HOME/robomosp/geometry or
+  /// ~/.cache/robomosp/geometry; empty if it is "off" or there is no home folder.
   static std::filesystem::path user_folder();
-  /// ROBOMOSP_CACHE_MIB [MiB], else that of Options [bytes].
+  /// ROBOMOSP_CACHE_MIB [MiB] converted to bytes, else the default of Options [bytes].
   static std::uint64_t user_limit();
 
  private:
@@ -73,7 +74,8 @@ class FileCache {
   std::atomic<bool> is_usable_{true};
   std::mutex telling_;  ///< held while options_.note is called
   std::mutex mutex_;
-  std::optional<std::uint64_t> bytes_;  ///< in the folder, about; guarded by mutex_
+  std::optional<std::uint64_t> bytes_;  ///< total size of the folder, approximate; guarded by
+                                        ///< mutex_
   std::uint64_t since_look_ = 0;  ///< files written since they were counted; guarded by mutex_
 };
 

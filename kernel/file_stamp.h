@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What tells one build of a file from another (layer: core). [any thread]
+// Distinguishes one build of a file from another (layer: core). [any thread]
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,8 @@
 
 namespace robomosp {
 
-/// Adds size and time of a file; false, and that there is none, where it is no file.
+/// Adds size and modification time of a file; if there is no file, adds that fact and returns
+/// false.
 bool add_file_stamp(Fingerprinter&, const std::filesystem::path& file);
 
 }  // namespace robomosp

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Importers with the tag "process" read in a process of their own, so that a file that crashes or
-// hangs them ends in a sentence and not with the program (layer: core).
+// Importers with the tag "process" read files in a separate process, so that a file that crashes or
+// hangs them causes an error rather than the end of the program (layer: core).
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,15 @@ struct ImportProcess {
   std::string plugin;               ///< its file
   std::string provider;             ///< name
   std::vector<std::string> params;  ///< names of its parameters
-  /// Hears what the importer logs, as rmp_host::log does; may be empty.
+  /// Receives what the importer logs, as rmp_host::log does; may be empty.
   std::function<void(std::int32_t severity, const char* source, const char* text)> log;
-  bool only_confined = false;  ///< as is, unless the session's files lie in a folder
+  bool only_confined = false;  ///< use the separate process only if the session is confined to a
+                               ///< folder
 };
 
-/// `own` is asked for its extensions only (and reads, where `only_confined` says so); files are
-/// read by robomosp-importer. A file may take 10 minutes and 8 GiB. Reading needs the permit of
-/// Effect::processes where the session is denied it.
+/// Wraps `own`, which is only used for its file extensions (and for reading where `only_confined`
+/// permits); robomosp-importer reads the files. Limits per file: 10 minutes and 8 GiB. Reading
+/// needs the permit of Effect::processes if the session is denied it.
 [[nodiscard]] std::unique_ptr<Importer> importer_in_process(std::unique_ptr<Importer> own,
                                                             ImportProcess);
 

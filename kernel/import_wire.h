@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What passes between this program and robomosp-importer, which reads a foreign file in a process
-// of its own: a request and its answer as bytes of this machine (layer: core, header-only). Both
-// ends are of one build; what is cut off or too long is refused.
+// Messages between this program and robomosp-importer, which reads a foreign file in a separate
+// process: a request and its reply in native byte order (layer: core, header-only). Both ends are
+// of the same build; truncated or oversized messages are rejected.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace robomosp::import_wire {
 
 inline constexpr std::string_view kMark = "robomosp import 1\n";
 
-/// A parameter, as every function of Params gives it.
+/// A parameter, as the functions of Params return it.
 struct Parameter {
   double real = 0;
   std::int64_t integer = 0;
@@ -34,7 +34,7 @@ struct Request {
 };
 struct Answer {
   bool is_ok = false;
-  Error fault;  ///< when it is not
+  Error fault;  ///< if the import failed
   Imported imported;
 };
 
@@ -75,7 +75,7 @@ class Reader {
     static_assert(std::is_trivially_copyable_v<T>);
     if (take(sizeof value)) std::memcpy(&value, taken_.data(), sizeof value);
   }
-  /// Of a list whose elements take at least one byte each.
+  /// Size of a list with elements of at least one byte each.
   std::uint64_t size(std::uint64_t) {
     std::uint64_t n = 0;
     plain(n);
@@ -182,7 +182,7 @@ template <class T>
   fields(writer, value);
   return out;
 }
-/// False when the bytes are not all of it.
+/// False if the bytes are incomplete or too many.
 template <class T>
 [[nodiscard]] bool decode(std::string_view in, T& value) {
   if (in.substr(0, kMark.size()) != kMark) return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Providers built for the number before of an interface, made usable as this one (layer: core).
+// Adapts providers built for the previous number of an interface to the current one (layer: core).
 #pragma once
 
 #include <string>
@@ -7,11 +7,12 @@
 
 namespace robomosp {
 
-/// The interface that a provider of an older number is used as: "robomosp.curve/1" gives
-/// "robomosp.curve/2"; an id of this program gives itself; "" = unknown here.
+/// The interface that providers of an older number are adapted to: "robomosp.curve/1" gives
+/// "robomosp.curve/2"; a current id gives itself; "" = unknown.
 [[nodiscard]] std::string current_interface(std::string_view interface_id);
 
-/// Takes over an object of `interface_id` and gives one of current_interface(interface_id).
+/// Takes ownership of an object of `interface_id` and returns one of
+/// current_interface(interface_id).
 [[nodiscard]] void* adapted(std::string_view interface_id, void* made);
 
 }  // namespace robomosp

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// InterfaceFile: what the program knows of an interface is registered by a file of its own
-// (kernel/interfaces), and nothing else lists interfaces (layer: core).
+// InterfaceFile: each interface is registered by a separate source file in kernel/interfaces; there
+// is no list of interfaces elsewhere (layer: core).
 #pragma once
 
 #include <string>
@@ -14,21 +14,22 @@ namespace robomosp {
 
 struct InterfaceEntry {
   std::string id;        ///< "robomosp.ik/1"
-  std::string standard;  ///< the program's own default provider; "" = it has none
-  /// Puts a made provider behind a guard, which it belongs to then; null = it is used as it is.
+  std::string standard;  ///< the program's default provider; "" = none
+  /// Wraps a created provider in a guard, which owns it from then on; null = it is used without
+  /// one.
   void* (*guard)(const ProviderInfo& info, void* made) = nullptr;
-  /// Ends a provider that is not used.
+  /// Destroys a provider that is not used.
   void (*end)(void* made) = nullptr;
 };
 
-/// Of an interface whose providers are checked where they are used.
+/// For an interface with providers that are checked by their callers.
 template <class Interface>
 [[nodiscard]] InterfaceEntry plain_interface(std::string standard = {}) {
   return {Interface::kInterfaceId, std::move(standard), nullptr,
           [](void* made) { delete static_cast<Interface*>(made); }};
 }
-/// `Guard` is made from the provider's info and the provider; it refuses what the tags do not
-/// claim, names the provider in what it throws, and looks at what it returns.
+/// `Guard` is constructed from the provider's info and the provider; it rejects requests that the
+/// tags do not cover, names the provider in its exceptions, and checks its results.
 template <class Interface, class Guard>
 [[nodiscard]] InterfaceEntry guarded_interface(std::string standard = {}) {
   InterfaceEntry entry = plain_interface<Interface>(std::move(standard));
@@ -38,14 +39,14 @@ template <class Interface, class Guard>
   return entry;
 }
 
-/// Registers the interfaces of one source file when the program starts: RMP_INTERFACES makes one.
+/// Registers the interfaces of one source file at program start; defined by RMP_INTERFACES.
 class InterfaceFile {
  public:
-  /// An id that is there already is a defect: it aborts.
+  /// Aborts if an id exists already, which is a defect.
   InterfaceFile(const char* file, const std::vector<InterfaceEntry>& entries);
-  /// nullptr = unknown here.
+  /// nullptr = unknown id.
   [[nodiscard]] static const InterfaceEntry* find(std::string_view id);
-  /// By id.
+  /// Sorted by id.
   [[nodiscard]] static std::vector<const InterfaceEntry*> all();
   [[nodiscard]] static const std::vector<std::string>& files();
 };

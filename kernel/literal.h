@@ -17,9 +17,8 @@ namespace robomosp {
 /// `name = value`, or empty (a list). Tables may be nested 100 deep. The error names the place.
 [[nodiscard]] Result<Value> read_literal(std::string_view text);
 
-/// The text that read_literal() turns into the same value, but for reals without a fraction, which
-/// become integers. Handles are written as kind#number, and
-/// numeric arrays as tables of numbers.
+/// The text from which read_literal() reads the same value, except that reals without a fraction
+/// become integers. Handles are written as kind#number, and numeric arrays as tables of numbers.
 [[nodiscard]] std::string literal(const Value&);
 /// The same for who shows its beginning only: all of it if it has no more than `most` bytes, else a
 /// beginning of more than that, which may end anywhere. What is not shown takes no time.

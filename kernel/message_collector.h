@@ -8,8 +8,8 @@
 
 namespace robomosp {
 
-/// Keeps a copy of each message that this thread posts while the collector lives. Within another
-/// collector of the thread only the inner one receives them. [one thread]
+/// Keeps a copy of each message that this thread posts during its lifetime. Of nested collectors,
+/// only the innermost receives messages. [one thread]
 class MessageCollector {
  public:
   MessageCollector();
@@ -18,11 +18,11 @@ class MessageCollector {
   MessageCollector& operator=(const MessageCollector&) = delete;
   [[nodiscard]] const std::vector<Message>& messages() const { return messages_; }
 
-  /// Gives a message to this thread's collector, if it has one.
+  /// Passes a message to this thread's collector, if it has one.
   static void collect(const Message& message);
 
  private:
-  static constexpr std::size_t kMost = 100;  ///< later ones are left out
+  static constexpr std::size_t kMost = 100;  ///< later ones are dropped
   MessageCollector* outer_;
   std::vector<Message> messages_;
 };

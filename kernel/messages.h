@@ -28,22 +28,22 @@ struct Message {
   Severity severity = Severity::info;
   std::string code;            ///< stable word: "plugin_refused", "audit", ...
   std::string text;            ///< a sentence
-  std::string source;          ///< who says it: "plugin_loader", "csg_occt"
-  std::uint32_t repeated = 0;  ///< how often the same text was suppressed before this one
-  /// What it is about beside its text; null = the text is all.
+  std::string source;          ///< the origin: "plugin_loader", "csg_occt"
+  std::uint32_t repeated = 0;  ///< number of suppressed messages with the same text before this one
+  /// Structured content; null = only the text.
   std::shared_ptr<const Fault> fault{};
 };
 
 /// Thread-safe. Subscribers are called outside the lock, in order, on the posting thread or on one
-/// that is calling them already; one may still be called once just after its unsubscribe.
-/// [any thread]
+/// that is already calling them; one more call may follow shortly after unsubscribe. [any thread]
 class Messages {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
   /// `clock` is for tests of the rate limit; empty = the steady clock.
   explicit Messages(std::size_t capacity = 1000, Clock clock = {})
       : capacity_(capacity), clock_(std::move(clock)) {}
-  /// The same (code, text) more than `kRateLimit` times within a second is counted, not repeated.
+  /// More than `kRateLimit` equal (code, text) pairs within a second are counted instead of
+  /// repeated.
   static constexpr int kRateLimit = 5;
   void post(Severity, std::string_view code, std::string_view text, std::string_view source = {});
   /// The same, with severity, code and text of the fault.
@@ -52,8 +52,8 @@ class Messages {
   using Subscriber = std::function<void(const Message&)>;
   std::uint64_t subscribe(Subscriber);
   void unsubscribe(std::uint64_t);
-  /// What is posted by a thread that holds `lock`, which outlives this, is given to subscribers
-  /// when it holds it no more. Before anything is posted.
+  /// Messages posted by a thread that holds `lock`, which must outlive this object, reach
+  /// subscribers when the thread has released it. Call it before anything is posted.
   void deliver_after(AppLock& lock) { lock_ = &lock; }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whoever reads the numbers that are given as texts, such as "bore/2", where these are no
-// quantities (layer: core).
+// NumberReader: reads numbers given as texts that are not quantities, such as "bore/2" (layer:
+// core).
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace robomosp {
 
-/// Asked by check_value() for every text that should be a real and is no quantity.
+/// Called by check_value() for every text in place of a real that is not a quantity.
 class NumberReader {
  public:
   NumberReader() = default;
@@ -18,15 +18,15 @@ class NumberReader {
   NumberReader& operator=(const NumberReader&) = delete;
   virtual ~NumberReader() = default;
 
-  /// The number of a text in the SI unit `unit`, within [min, max] if its value is; none = the text
-  /// means no number here, and check_value() says so.
+  /// The number of a text in the SI unit `unit`, checked to be within [min, max]; empty = the text
+  /// is not a number in this context, and check_value() reports it.
   virtual std::optional<Result<double>> read(std::string_view text, std::string_view unit,
                                              double min, double max) = 0;
 
-  /// The innermost of this thread; null = none.
+  /// The innermost reader of this thread; null = none.
   [[nodiscard]] static NumberReader* current() noexcept;
 
-  /// Makes a reader the current one of this thread until the scope ends; null = there is none.
+  /// Makes a reader the current one of this thread until the scope ends; null = no reader.
   class Scope {
    public:
     explicit Scope(NumberReader* reader) noexcept;

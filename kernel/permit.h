@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Permit: what the work on a thread may do. Dispatch puts one up for as long as a command runs, and
-// whatever edits the document, reads or writes a file, starts a process or changes the registry
-// asks for its effect there, so that a wrong line in the table of commands opens nothing
+// Permit: the effects allowed to the work on a thread. Dispatch installs one while a command runs.
+// All code that edits the document, reads or writes a file, starts a process or changes the
+// registry requests its effect there, so that a wrong entry in the command table grants no access
 // (layer: core).
 #pragma once
 
@@ -17,27 +17,27 @@ namespace robomosp {
 
 class FileRoot;
 
-/// Borrowed texts: the session's name and the command's.
+/// Borrowed texts: names of the session and of the command.
 struct Permit {
   std::string_view session;
   std::string_view work;  ///< "robot.get", "a script"
-  Effects declared;       ///< all that the table says of the work
-  Effects denied;         ///< of the session
-  /// Set when an effect was refused: whatever a provider made of that on its way up, the command
-  /// was not permitted.
+  Effects declared;       ///< effects that the command table declares for the work
+  Effects denied;         ///< effects denied to the session
+  /// Set when an effect was refused, so that the command fails with a permission error even if a
+  /// provider hides the refusal.
   mutable bool was_refused = false;
-  /// What is denied is denied to commands that are dispatched within, too, whatever the session
-  /// may: of a text that came with a file.
+  /// True if `denied` also applies to commands dispatched within, whatever the session may do; for
+  /// a script that came with a file.
   bool holds_within = false;
-  /// The folder that files are read and written in, and nowhere else; null = anywhere. What is
-  /// dispatched within, and jobs, have it too (kernel/file_root.h).
+  /// The only folder for reading and writing files; null = anywhere. Commands dispatched within,
+  /// and jobs, inherit it (kernel/file_root.h).
   std::shared_ptr<const FileRoot> files = nullptr;
 };
 
-/// What this thread's permit denies to all that is dispatched within.
+/// Effects that this thread's permit denies to everything dispatched within.
 [[nodiscard]] Effects denied_within() noexcept;
 
-/// Puts a permit up for this thread until the scope ends; null = the program's own work, which may
+/// Installs a permit for this thread until the scope ends; null = the program's own work, which may
 /// do anything.
 class PermitScope {
  public:
@@ -50,9 +50,9 @@ class PermitScope {
   const Permit* before_;
 };
 
-/// The program's own work until the scope ends: it may do anything, but with files only where the
-/// permit before it could. For what touches files that a user named without that being an effect of
-/// the command.
+/// Marks the program's own work until the scope ends: it may have any effect, but opens files only
+/// where the previous permit allows. For code that opens files named by a user without that being
+/// an effect of the command.
 class OwnWorkScope {
  public:
   OwnWorkScope();
@@ -67,15 +67,15 @@ class OwnWorkScope {
 /// The permit of this thread; null = none.
 [[nodiscard]] const Permit* current_permit() noexcept;
 
-/// A copy of this thread's permit for work that goes on elsewhere (jobs). Null when there is none.
+/// A copy of this thread's permit for work on other threads (jobs). Null if it has none.
 [[nodiscard]] std::shared_ptr<const Permit> keep_permit();
 
-/// Ok when this thread's work may have the effect; else one sentence that names session and work.
-/// ErrorCode::permission when the session is denied it, ErrorCode::internal when the table does not
-/// say that the work has it.
+/// Ok if this thread's work may have the effect; else one sentence that names session and work.
+/// ErrorCode::permission if the session is denied it, ErrorCode::internal if the table does not
+/// declare it for the work.
 [[nodiscard]] Result<void> require(Effect effect);
 
-/// The refusal before a command runs, or when it gets there.
+/// The refusal, before a command runs or at the effect itself.
 [[nodiscard]] Error not_permitted(std::string_view session, std::string_view work, Effect effect);
 
 }  // namespace robomosp

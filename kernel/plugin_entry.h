@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plugin's file in the process that opens it: the program's own, or that of the plugin
-// (layer: core).
+// Opens a plugin file in the current process: the program's, or the plugin's own (layer: core).
 #pragma once
 
 #include <filesystem>
@@ -11,12 +10,12 @@
 
 namespace robomosp {
 
-/// Opens a file, never to be closed, and reads its tables, as far as they can be without running
-/// more of it; an error is a refusal's sentence.
+/// Opens a file, which is never closed, and reads its tables as far as this runs no further code of
+/// it; an error explains the refusal in one sentence.
 [[nodiscard]] Result<const rmp_plugin*> open_plugin(const std::filesystem::path& file);
-/// Whether its parameters cannot be read.
+/// True if its parameters cannot be read.
 [[nodiscard]] bool has_broken_parameters(const rmp_provider& row);
-/// Makes a provider, as one of its current interface (kernel/interface_adapters.h).
+/// Creates a provider of the current interface number (kernel/interface_adapters.h).
 [[nodiscard]] Result<void*> make_provider(const rmp_provider& row, const rmp_host* host,
                                           const std::string& label);
 

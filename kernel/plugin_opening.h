@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Code of plugins that runs when the program starts, after they were opened (layer: core).
+// Marks code of plugins that runs at program start, after they were opened (layer: core).
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,9 @@
 
 namespace robomosp {
 
-/// Marks, as long as it lives, that code of a plugin's file runs here that its opening did not run:
-/// whatever ends the process meanwhile, the next start knows the file (PluginTrials::Opening). Null
-/// where nothing is remembered. [the thread that loads plugins]
+/// During its lifetime, marks that code of a plugin's file is running that did not run when the
+/// file was opened. If the process ends meanwhile, the next start knows which file was to blame
+/// (PluginTrials::Opening). Null if failures are not recorded. [the thread that loads plugins]
 [[nodiscard]] std::shared_ptr<void> mark_opening(const std::filesystem::path& file);
 
 }  // namespace robomosp

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the providers of plugins run: in the program, or in a process of the plugin's own
-// (layer: core).
+// Selects where the providers of plugins run: in the program, or in a separate process (layer:
+// core).
 #pragma once
 
 #include <filesystem>
@@ -20,27 +20,27 @@ namespace robomosp {
 
 struct PluginRun {
   bool in_process = true;
-  ApartLimits limits{};  ///< of a process of its own
-  /// Where not in_process: only these providers run there ("numeric", "ik numeric",
-  /// "robomosp.ik/1 numeric"), and the rest of the plugin in the program; empty = all.
+  ApartLimits limits{};  ///< limits of a separate process
+  /// If not in_process: the providers that run there ("numeric", "ik numeric", "robomosp.ik/1
+  /// numeric"), while the rest of the plugin runs in the program; empty = all.
   std::vector<std::string> only{};
   bool operator==(const PluginRun&) const = default;
 };
 
-/// A program opens a file once, so this is one for all: what the user wishes for each file, and
-/// where it runs. Files are absolute, without links. [any thread]
+/// The settings of the user for each plugin file, and where it runs; one object per process, since
+/// a program opens a file only once. Files are absolute, without links. [any thread]
 class PluginRuns {
  public:
   using Wishes = std::map<std::filesystem::path, PluginRun>;
   [[nodiscard]] static PluginRuns& of_program();
-  /// The wishes for files that are loaded from now on; the others run in the program.
+  /// Settings for files loaded from now on; files without settings run in the program.
   void set_wishes(Wishes);
-  /// What this thread asked for, else what is wished.
+  /// The setting of this thread's PluginRunScope, else the user's.
   [[nodiscard]] PluginRun wished(const std::filesystem::path& file) const;
 
-  /// The process of a file's plugin; null = it runs in the program, or is not loaded.
+  /// The process of a file's plugin; null = it runs in the program or is not loaded.
   [[nodiscard]] std::shared_ptr<ProviderProcess> process(const std::filesystem::path& file) const;
-  /// How a file runs that is loaded; `only` in full, as in "robomosp.ik/1 numeric".
+  /// How a loaded file runs; `only` with full names, such as "robomosp.ik/1 numeric".
   [[nodiscard]] PluginRun present(const std::filesystem::path& file) const;
   [[nodiscard]] bool is_apart(const std::filesystem::path& file, std::string_view interface_id,
                               std::string_view provider) const;
@@ -57,16 +57,16 @@ class PluginRuns {
   std::map<std::filesystem::path, Apart> processes_;  // guarded by mutex_
 };
 
-/// What this thread loads until the scope ends runs so, whatever is wished. A file that is loaded
-/// and runs elsewhere is moved: what it made until then stays where it is. `refusal` says why it
-/// was not.
+/// Sets where files loaded by this thread run until the scope ends, overriding the user's settings.
+/// A loaded file that runs elsewhere is moved; objects created before stay where they are.
+/// `refusal` gives the reason if it was not moved.
 class PluginRunScope {
  public:
   explicit PluginRunScope(const PluginRun& run);
   ~PluginRunScope();
   PluginRunScope(const PluginRunScope&) = delete;
   PluginRunScope& operator=(const PluginRunScope&) = delete;
-  /// Of this thread; null = none.
+  /// The scope of this thread; null = none.
   [[nodiscard]] static PluginRunScope* current();
 
   const PluginRun run;

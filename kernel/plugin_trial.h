@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plugins that may end the program: files from elsewhere are opened in a process of their own
-// before they are opened here, and what ended a process while it was opened is remembered (layer:
-// core).
+// Plugins that may end the program: files not shipped with it are first opened in a separate
+// process, and a file that ended a process while being opened is recorded (layer: core).
 #pragma once
 
 #include <filesystem>
@@ -13,30 +12,31 @@
 
 namespace robomosp {
 
-/// Remembers in a folder of the user's how opening each plugin went. One file is known by its path,
-/// size and time, so that a new build is tried anew. [application thread]
+/// Records, in a folder of the user's, the result of opening each plugin. A file is identified by
+/// its path, size and time, so that a new build is tried again. [application thread]
 ///
-/// A file that ends its trial, or the program itself while it is opened, is named and left out; at
-/// the start after that it is tried once more; after the second time it stays out until it changes
-/// or somebody asks for it by name.
+/// A file that ends its trial, or the program itself while it is opened, is reported and skipped;
+/// at the start after that it is tried once more. After the second failure it is skipped until it
+/// changes or the user loads it by name.
 class PluginTrials {
  public:
-  /// `state`: where to remember; empty = nowhere.
+  /// `state`: folder of the records; empty = none are kept.
   explicit PluginTrials(std::filesystem::path state, double seconds = 10);
   ~PluginTrials();
   PluginTrials(const PluginTrials&) = delete;
   PluginTrials& operator=(const PluginTrials&) = delete;
-  /// $XDG_STATE_HOME/robomosp/plugins or ~/.local/state/robomosp/plugins; empty = there is no home.
+  /// $XDG_STATE_HOME/robomosp/plugins or ~/.local/state/robomosp/plugins; empty if there is no home
+  /// folder.
   [[nodiscard]] static std::filesystem::path state_folder();
 
-  /// Whether a file may be opened in this process: from what is remembered, else, where it is not
-  /// `trusted` or has failed before, by trying it in another. `is_asked`: somebody named the file;
-  /// it is tried however often it failed.
+  /// Decides whether a file may be opened in this process: by its record, or by a trial in another
+  /// process if it is not `trusted` or has failed before. `is_asked`: the user named the file, so
+  /// it is tried however often it has failed.
   [[nodiscard]] Result<void> admit(const std::filesystem::path& file, bool trusted, bool is_asked);
 
-  /// Marks that a file is being opened in this process, as long as it lives. Whatever ends the
-  /// process meanwhile, the next start knows the file; an exit() of the plugin's becomes exit code
-  /// 3 with a sentence.
+  /// During its lifetime, marks that a file is being opened in this process. If the process ends
+  /// meanwhile, the next start knows which file was to blame; an exit() called by the plugin
+  /// becomes exit code 3 with an error message.
   class Opening {
    public:
     Opening(PluginTrials& trials, const std::filesystem::path& file);
@@ -51,9 +51,9 @@ class PluginTrials {
  private:
   struct Record {
     int failures = 0;
-    bool passed = false;    ///< its trial went well
-    bool sits_out = false;  ///< the program itself died: the next start leaves it out untried
-    std::string how;        ///< it failed
+    bool passed = false;    ///< its trial succeeded
+    bool sits_out = false;  ///< the program itself died: the next start skips it without a trial
+    std::string how;        ///< how it failed
   };
   [[nodiscard]] static std::string key_of(const std::filesystem::path& file);
   [[nodiscard]] Result<void> try_out(const std::filesystem::path& file) const;

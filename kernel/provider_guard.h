@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guards: every provider that the registry hands out stands behind one, whoever wrote it. A guard
-// refuses what the provider's tags do not say that it serves, names the provider in what it throws,
-// and looks at what it returns before anybody uses it (layer: core).
+// Guards: the registry wraps every provider in one, whatever its origin. A guard rejects requests
+// that the provider's tags do not cover, names the provider in its exceptions, and checks its
+// results before they are used (layer: core).
 #pragma once
 
 #include <cmath>
@@ -16,21 +16,23 @@
 
 namespace robomosp {
 
-/// Puts a made provider behind the guard of its interface; takes it over and gives what is to be
-/// used in its place, an object of the same interface. What has no guard comes back itself.
+/// Wraps a created provider in the guard of its interface; takes ownership and returns the object
+/// to use instead, of the same interface. Returns the provider itself if the interface has no
+/// guard.
 [[nodiscard]] void* guard_provider(const ProviderInfo& info, void* made);
 
-/// What a guard says of an answer that cannot be used: `what` the provider did.
+/// The error for an unusable result; `what` the provider did.
 [[nodiscard]] Error broken_answer(const std::string& provider, const std::string& what);
-/// A provider's error as it can be shown: not too long, without control characters. One without
-/// words or of no known code is the provider's fault, and says so.
+/// A provider's error made fit to show: of limited length, without control characters. An error
+/// without a message or with an unknown code is reported as the provider's fault.
 [[nodiscard]] Error heard(const std::string& provider, Error e);
-/// What is said of the exception that is being handled.
+/// The error for the exception that is being handled.
 [[nodiscard]] Error thrown_by(const std::string& provider);
-/// Words of a provider as they can be shown.
+/// A provider's text made fit to show.
 [[nodiscard]] std::string heard(std::string_view words);
 
-/// Asks a provider: what it throws becomes an error that names it, and its own errors are heard().
+/// Calls a provider: its exceptions become errors that name it, and its own errors pass through
+/// heard().
 template <class Fn>
 auto asked(const std::string& provider, Fn&& fn) -> decltype(fn()) {
   AppLock::expect_free();
@@ -43,9 +45,9 @@ auto asked(const std::string& provider, Fn&& fn) -> decltype(fn()) {
   }
 }
 
-/// Doubles that a provider may ask for as scratch or state.
+/// Most doubles that a provider may request as scratch or state.
 inline constexpr std::size_t kMostScratch = std::size_t{1} << 26;
-/// A size that a provider asks for; `what` it is of ("scratch").
+/// Reads a size that a provider requests; `what` it is the size of ("scratch").
 template <class Fn>
 Result<std::size_t> asked_size(const std::string& provider, const char* what, Fn&& fn) {
   RMP_TRY_ASSIGN(const std::size_t size,
@@ -55,7 +57,7 @@ Result<std::size_t> asked_size(const std::string& provider, const char* what, Fn
                                      "; there may be " + std::to_string(kMostScratch));
 }
 
-/// What a provider is given to report to: shares are within 0..1, words can be shown.
+/// The Progress passed to a provider: clamps fractions to 0..1 and makes texts fit to show.
 class HeardProgress final : public Progress {
  public:
   explicit HeardProgress(Progress& to) : to_(to) {}
@@ -74,16 +76,17 @@ class HeardProgress final : public Progress {
   Progress& to_;
 };
 
-/// Whether all of a sequence are finite.
+/// True if all numbers of a sequence are finite.
 template <class Numbers>
 [[nodiscard]] bool all_finite(const Numbers& numbers) {
   for (const double x : numbers)
     if (!std::isfinite(x)) return false;
   return true;
 }
-/// Whether nine numbers are a rotation matrix, to rounding.
+/// True if nine numbers are a rotation matrix, up to rounding.
 [[nodiscard]] bool is_rotation_matrix(const std::array<double, 9>& R);
-/// Whether a provider may name a file so: beside the others, in folders below if `in_folders`.
+/// True if a provider may use this file name: beside the other files, or in folders below if
+/// `in_folders`.
 [[nodiscard]] bool is_file_name(std::string_view name, bool in_folders);
 
 }  // namespace robomosp

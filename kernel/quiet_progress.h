@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// QuietProgress: hands on the wish to stop and no reports, for parts of a whole that reports itself
-// (layer: core).
+// QuietProgress: passes cancellation on but no reports, for the parts of work that reports itself
+// as a whole (layer: core).
 #pragma once
 
 #include <string_view>
@@ -9,7 +9,7 @@
 
 namespace robomosp {
 
-/// `whole` outlives it. [any thread]
+/// `whole` must outlive it. [any thread]
 class QuietProgress final : public Progress {
  public:
   explicit QuietProgress(const Progress& whole) : whole_(whole) {}

@@ -31,63 +31,62 @@ struct ProviderInfo {
   std::string version;            ///< of the plugin
   Schema schema;
   bool enabled = true;
-  bool shipped = false;    ///< it came with the program: it may be a default without being chosen
-  bool is_script = false;  ///< written in Lua: it answers on the thread of its script
+  bool shipped = false;    ///< part of the installation: it may be a default without being selected
+  bool is_script = false;  ///< written in Lua: it runs on the thread of its script
 };
 
-/// Thread-safe; no lock is held while a provider is created. What changes it needs the permit of
+/// Thread-safe; no lock is held while a provider is created. Changes need the permit of
 /// Effect::providers. [any thread]
 class Registry {
  public:
-  /// Creates the interface object (void* to the interface class); errors are sentences.
+  /// Creates the interface object (void* to the interface class); an error is a sentence.
   using Create = std::function<Result<void*>()>;
-  /// Refuses a second provider of the same interface and name unless `replace`.
+  /// Rejects a second provider of the same interface and name unless `replace`.
   Result<void> add(ProviderInfo, Create, bool replace = false);
   bool remove(std::string_view interface_id, std::string_view name);
   Result<void> set_enabled(std::string_view interface_id, std::string_view name, bool);
 
-  /// Empty name = the default: the one chosen for the run (set_default), else the document's, which
-  /// is an error while it is not there, else the user's, else the program's own
-  /// (standard_provider), else the first enabled one that came with the program, without the tags
-  /// "approximate" and "partial" if there is one. What was only found is never a default while the
-  /// program has one; where it has none, the only one there is.
+  /// Finds a provider; an empty name selects the default. Order: the run's choice (set_default);
+  /// the document's, which is an error while it is missing; the user's; the program's own
+  /// (standard_provider); the first enabled shipped one, without the tags "approximate" and
+  /// "partial" if possible. A provider that is not shipped is never a default while the program has
+  /// one; if it has none, the only provider is.
   [[nodiscard]] Result<ProviderInfo> find(std::string_view interface_id,
                                           std::string_view name) const;
-  /// Those that came with the program first, so that who takes the first that can do something
-  /// takes none that was only found.
+  /// Lists shipped providers first, so that callers that use the first suitable one prefer them.
   [[nodiscard]] std::vector<ProviderInfo> list(std::string_view interface_id = {}) const;
-  /// Chooses for this run; an empty name takes the choice back.
+  /// Selects the default for this run; an empty name clears the choice.
   Result<void> set_default(std::string_view interface_id, std::string_view name);
-  /// The same for all runs of the user; weaker than the document's choice.
+  /// The same for all runs of the user; the document's choice takes precedence.
   Result<void> set_user_default(std::string_view interface_id, std::string_view name);
-  /// What the document chooses, in place of what it chose before: names by interface id. A name
-  /// that is not there is kept, so that no other provider computes in its place unseen.
+  /// Replaces the document's choices: names by interface id. A missing name is kept, so that no
+  /// other provider silently replaces it.
   void set_document_defaults(std::map<std::string, std::string>);
 
-  /// Why providers that somebody may ask for are not there, by interface id and name: what is said
-  /// in place of "there is no ...". Each an error's message and hint.
+  /// Reasons why known providers are unavailable, by interface id and name; they replace "there is
+  /// no ...". Each is an error's message and hint.
   using Reasons =
       std::map<std::pair<std::string, std::string>, std::pair<std::string, std::string>>;
   void set_absent_reasons(Reasons);
 
-  /// Makes an instance: auto ik = registry.create<IkSolver>("numeric"). Absence is an error that
-  /// names the available ones.
+  /// Creates an instance: auto ik = registry.create<IkSolver>("numeric"). If it is missing, the
+  /// error names the available ones.
   template <class I>
   [[nodiscard]] Result<std::shared_ptr<I>> create(std::string_view name) const {
     auto made = create_raw(I::kInterfaceId, name);
     if (!made.ok()) return std::move(made).error();
     return std::shared_ptr<I>(static_cast<I*>(*made));
   }
-  /// Counts up with every add, remove, enable and default change. Part of fingerprints.
+  /// Incremented by every add, remove, enable and default change. Part of fingerprints.
   [[nodiscard]] std::uint64_t revision() const;
-  /// As create(), without the type: a pointer to the class of the interface, for who deletes it.
+  /// As create(), but untyped: a pointer to the interface class; the caller owns it.
   [[nodiscard]] Result<void*> create_raw(std::string_view interface_id,
                                          std::string_view name) const;
-  /// A choice of a default that holds, and who made it: "session", "document" or "user".
+  /// The effective default and its source: "session", "document" or "user".
   struct Choice {
     std::string name, by;
   };
-  /// By interface id, of those that somebody chose.
+  /// The selected defaults by interface id.
   [[nodiscard]] std::map<std::string, Choice> chosen() const;
 
  private:
@@ -110,7 +109,7 @@ class Registry {
 /// The program's own default of an interface ("numeric"); "" = it has none.
 [[nodiscard]] std::string_view standard_provider(std::string_view interface_id);
 
-/// Calls into a provider and turns whatever it throws into ErrorCode::plugin_failed naming it.
+/// Calls a provider and converts any exception to ErrorCode::plugin_failed naming it.
 template <class Fn>
 auto guarded(std::string_view provider, Fn&& fn) -> decltype(fn()) {
   AppLock::expect_free();

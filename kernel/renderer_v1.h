@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renderers built against robomosp.renderer/1 (layer: core).
+// Adapts renderers built for robomosp.renderer/1 (layer: core).
 #pragma once
 
 namespace robomosp {
 
-/// A renderer of today (render::Renderer*) around one of then, which it owns.
+/// Wraps an old renderer, which it owns, as a current one (render::Renderer*).
 [[nodiscard]] void* renderer_of_1(void* made);
 
 }  // namespace robomosp

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Schemas: what the parameters of a command or provider are, and checking Values against them
-// (layer: core).
+// Schemas: the parameters of a command or provider, and checks of Values against them (layer:
+// core).
 #pragma once
 
 #include <functional>
@@ -36,13 +36,13 @@ struct ParamSpec {
   std::string type;
   std::string unit;  ///< SI; "" = dimensionless
   std::string doc;
-  std::optional<Value> default_value;  ///< none and required = must be given
+  std::optional<Value> default_value;  ///< empty and required = must be given
   bool required = false;
-  std::vector<std::string> choices;  ///< of an enum
+  std::vector<std::string> choices;  ///< words of an enum
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool infinite = false;  ///< inf and -inf are meant, where min..max allow them; NaN never is
-  std::string label{};    ///< shown for the name: "Damping"; empty = the name
+  bool infinite = false;  ///< inf and -inf are allowed within min..max; NaN never is
+  std::string label{};    ///< shown instead of the name: "Damping"; empty = the name
   std::string group{};    ///< heading it is shown under; empty = none
 };
 
@@ -51,13 +51,13 @@ inline constexpr double kPositive = std::numeric_limits<double>::denorm_min();
 
 using Schema = std::vector<ParamSpec>;
 
-/// Turns a name or handle into a Handle of one of the kinds; the error suggests near names.
+/// Converts a name or handle to a Handle of one of the kinds; the error suggests similar names.
 using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Value&)>;
 
-/// Checks `given` against the schema, fills in defaults, converts units and references. All faults
-/// are reported at once, one sentence each, with the parameter's path and unit; unknown names are
-/// refused with the nearest known one. Under a permit with a folder for files, paths are those
-/// below it (kernel/file_root.h).
+/// Checks `given` against the schema, fills in defaults, converts units and references. Reports all
+/// faults at once, one sentence each, with the parameter's path and unit; rejects unknown names
+/// with the nearest known one. Under a permit with a folder for files, paths must lie in it
+/// (kernel/file_root.h).
 [[nodiscard]] Result<Map> check(const Schema&, const Map& given, const ResolveRef& = {});
 
 /// Checks one value; `path` names it in messages.
@@ -69,10 +69,10 @@ using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Va
 
 /// The schema of a constant parameter table; a malformed row is an error that names it.
 [[nodiscard]] Result<Schema> schema_from(std::span<const rmp_param> table);
-/// Of a provider, whose rows may be those of an older SDK.
+/// The schema of a provider; its table may be that of an older SDK.
 [[nodiscard]] Result<Schema> schema_from(const rmp_provider&);
 
-/// Params (as providers see them) over a checked Map; owns a copy.
+/// Params (as seen by providers) for a checked Map; owns a copy.
 [[nodiscard]] std::unique_ptr<Params> make_params(Map checked);
 
 /// Pose <-> the normalised 4x4 NumericArray of type "pose".

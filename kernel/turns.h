@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns of the processor in a program that serves: threads that answer come before those that
-// compute for long (layer: core).
+// Scheduling of a server's threads: threads that serve requests precede those that run long
+// computations (layer: core).
 #pragma once
 
 namespace robomosp::turns {
 
-/// This thread answers others: from Linux 6.12 on it takes the place of one that computes as soon
-/// as it has something to do, instead of at the end of that one's turn. Its share of the time stays
-/// what it was.
+/// This thread serves requests: from Linux 6.12 on, it preempts a computing thread as soon as it
+/// has work, instead of at the end of that thread's time slice. Its share of processor time is
+/// unchanged.
 void answer();
 
-/// The program serves from now on: threads that compute leave cores that are wanted to others.
+/// The program is a server from now on: computing threads yield contended cores.
 void serve();
 
-/// This thread computes. In a program that serves it does so from now on with a third of the weight
-/// of others (nice 5) wherever a core is wanted by several; no core is left idle for it.
+/// This thread computes. In a server it has a third of the weight of others (nice 5) from then on
+/// if a core is contended; no core is left idle for it.
 void compute();
 
 }  // namespace robomosp::turns

@@ -20,7 +20,7 @@
 
 namespace robomosp {
 
-/// What a type is made of. How it is written is in brackets.
+/// Kinds of types. Their notation is in brackets.
 enum class TypeKind : std::uint8_t {
   any,        ///< any value (`any`); `any<T>` is T, read by the command instead of the schema
   nothing,    ///< no value; of results (`nil`)
@@ -64,15 +64,15 @@ struct TypeNotes {
   std::string group;             ///< @group(Limits): heading that it is shown under
   int order = 0;                 ///< @order(3): place within the group; 0 = as declared
   bool is_advanced = false;      ///< @advanced: hidden until it is asked for
-  Condition when;                ///< @when(step is move): when it matters; always where empty
+  Condition when;                ///< @when(step is move): when it applies; empty = always
   double step = 0;               ///< @step(0.01): sensible change [SI]; 0 = none
   bool is_logarithmic = false;   ///< @log: changed by factors
-  std::string shown_unit;        ///< @shown(mm): usual unit for people
+  std::string shown_unit;        ///< @shown(mm): usual unit in user interfaces
   std::optional<Value> example;  ///< @example({0, 0.5, 0})
   std::string since;             ///< @since(1.6): version of the program
   std::string deprecated;        ///< @deprecated(Give tip instead.)
   std::string effect;            ///< @effect(...): how it changes the result
-  /// @min(0), @above(0), @max(1), @infinite: of parts; of an argument its ParamSpec says it.
+  /// @min(0), @above(0), @max(1), @infinite: of parts; an argument's limits are in its ParamSpec.
   std::optional<double> min, max;
   bool is_infinite = false;
 };
@@ -80,14 +80,15 @@ struct TypeNotes {
 /// A parsed type. Immutable. [any thread]
 struct TypeTree {
   TypeKind kind = TypeKind::any;
-  /// member: what is named ("link"); script: its language; path: "open", "save", "folder" or "";
+  /// member: kind of member ("link"); script: its language; path: "open", "save", "folder" or "";
   /// joints: "position", "velocity", "acceleration" or "force"; named: its name.
   std::string word;
   /// reference: kinds; provider: interfaces; path: patterns of files; vector: names of components.
   std::vector<std::string> words;
   std::vector<WordInfo> choices;   ///< word; empty = those of the ParamSpec
-  std::string of;                  ///< member, joints: the argument or field that holds it; "" = id
-  std::string unit;                ///< real, vector, matrix: SI, where the text says it
+  std::string of;                  ///< member, joints: the argument or field with the owner; "" =
+                                   ///< id
+  std::string unit;                ///< real, vector, matrix: SI, if the text has a unit
   std::size_t count = 0;           ///< vector: numbers; 0 = any count
   std::size_t rows = 0, cols = 0;  ///< matrix; 0 = any count
   bool is_name_only = false;       ///< provider: a name, without parameters
@@ -100,36 +101,36 @@ struct TypeTree {
   TypeNotes notes;
 };
 
-/// Parses a type; the tree is kept as long as the program. The error names the place in the text.
+/// Parses a type; the tree lives as long as the program. The error names the position in the text.
 [[nodiscard]] Result<std::shared_ptr<const TypeTree>> parse_type(std::string_view text);
 /// The tree of a type that is known to be well formed, parsed once; aborts on a malformed one.
 /// Lives as long as the program. [any thread]
 [[nodiscard]] const TypeTree& type_tree(std::string_view text);
-/// "" or what is wrong with a type, with the types within it: unknown names of `type:`, conditions
-/// over fields that are not there, examples that do not fit.
+/// "" or the fault of a type, including the types within it: unknown names of `type:`, conditions
+/// over missing fields, examples that do not fit.
 [[nodiscard]] std::string type_fault(std::string_view text);
 /// The same for a whole table of parameters.
 [[nodiscard]] std::string schema_fault(const Schema&);
 
-/// The word by which a type is checked and shown where its parts do not count: "list" of
-/// list<real>, "any" of `real or string`, "string" of member:link, the text itself of "ref:robot".
-/// Lives as long as the program or `text`. [any thread]
+/// The word by which a type is checked and shown without its parts: "list" of list<real>, "any" of
+/// `real or string`, "string" of member:link, the whole text of "ref:robot". Lives as long as the
+/// program or `text`. [any thread]
 [[nodiscard]] std::string_view plain_type(std::string_view text);
 
 /// The text of a tree, which parses to the same tree.
 [[nodiscard]] std::string type_text(const TypeTree&);
-/// For people: "list of real [m]", "name of a link of `id`", "map".
+/// A description for users: "list of real [m]", "name of a link of `id`", "map".
 [[nodiscard]] std::string type_words(const TypeTree&);
 
-/// `map{...}`, `table{...}` and `list<...>` made of tables of parameters.
+/// The types `map{...}`, `table{...}` and `list<...>` built from tables of parameters.
 [[nodiscard]] std::string map_type(const Schema& fields);
 [[nodiscard]] std::string table_type(const Schema& fields);
 /// `variant(step){...}`.
 [[nodiscard]] std::string variant_type(std::string_view decided_by,
                                        const std::vector<std::pair<std::string, Schema>>& cases);
 
-/// Gives a type a name, for `type:name`; once a name. `plain` is its plain_type(), so that tables
-/// of commands can be read without it; `text` is called when it is first needed. [any thread]
+/// Names a type, for `type:name`; each name once. `plain` is its plain_type(), so that command
+/// tables can be read without parsing it; `text` is called on first use. [any thread]
 class NamedType {
  public:
   using Text = std::string (*)();
@@ -144,15 +145,15 @@ class NamedType {
 
 /// Adds a note to a parameter: noted(optional("gain", "real", "", "..."), "@log @step(0.1)").
 [[nodiscard]] ParamSpec noted(ParamSpec p, std::string_view notes);
-/// Gives one of a table's parameters another type; aborts when there is none of that name.
+/// Changes the type of a parameter in a table; aborts if the name is unknown.
 void retype(Schema&, std::string_view name, std::string_view type);
-/// The notes of a parameter, completed by its own label and group.
+/// The notes of a parameter, with its own label and group.
 [[nodiscard]] TypeNotes notes_of(const ParamSpec&);
-/// Words of an enum with what they mean, from the type or from the choices of the parameter.
+/// Words of an enum with their descriptions, from the type or from the choices of the parameter.
 [[nodiscard]] std::vector<WordInfo> words_of(const ParamSpec&);
-/// "m" of a parameter, from its own unit or its type's.
+/// "m" for a parameter with that unit, from the parameter or its type.
 [[nodiscard]] std::string unit_of(const ParamSpec&);
-/// The unit that people use for quantities of an SI unit: mm for m, deg for rad; else the same.
+/// The usual unit for quantities of an SI unit: mm for m, deg for rad; else the same.
 [[nodiscard]] std::string_view shown_unit_of(std::string_view si_unit);
 
 }  // namespace robomosp

@@ -7,8 +7,8 @@
 
 namespace robomosp {
 
-/// The object behind `p` for changing: a fresh copy unless nobody else holds it. Uniqueness must be
-/// established from the root down, since a shared owner shares what it owns.
+/// The object behind `p` for modification: copied unless `p` is its only owner. Ensure uniqueness
+/// from the root down, since copies of an owner share what it owns.
 template <class T>
 T& unique(std::shared_ptr<T>& p) {
 #if defined(__SANITIZE_THREAD__)
@@ -21,7 +21,7 @@ T& unique(std::shared_ptr<T>& p) {
   } else if (!kKnowsFences || p.use_count() != 1) {
     p = std::make_shared<T>(*p);
   } else {
-    // Another thread may have let go of it a moment ago; what it read happened before our writes.
+    // Another thread may have released it just before; its reads happened before our writes.
 #if !defined(__SANITIZE_THREAD__)
     std::atomic_thread_fence(std::memory_order_acquire);
 #endif

@@ -10,12 +10,12 @@
 
 namespace robomosp::units {
 
-/// Whether `name` is a list of units.
+/// True if `name` is a list of units.
 [[nodiscard]] inline bool is_list(std::string_view name) {
   return name.find(',') != std::string_view::npos;
 }
 
-/// The units of a list; of a single unit that one.
+/// The units of a list; for a single unit, that unit.
 [[nodiscard]] inline std::vector<std::string_view> entries(std::string_view name) {
   std::vector<std::string_view> out;
   for (;;) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units: names like "mm", "deg", "N m", "kg/m^3" with their factor to SI and dimension
-// (layer: core). Angles have a dimension of their own, so that 90 mm is not an angle.
+// Units: names like "mm", "deg", "N m", "kg/m^3" with their factor to SI and dimension (layer:
+// core). Angles have a separate dimension, so that 90 mm is not an angle.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@ namespace robomosp::units {
 using Dimension = std::array<int, 4>;
 
 struct Unit {
-  double factor = 1;  ///< SI value of one of it
+  double factor = 1;  ///< SI value of one unit
   Dimension dimension{};
 };
 
 /// Reads a unit: products by space, `*` or `.`, quotients by `/`, powers by `^` ("kg m^2", "mm/s").
 /// "" is dimensionless.
 [[nodiscard]] Result<Unit> parse(std::string_view name);
-/// Whether `word` alone names a unit: "mm", "deg", "%".
+/// True if `word` alone names a unit: "mm", "deg", "%".
 [[nodiscard]] bool is_unit(std::string_view word);
 /// The same, or a longer spelling such as "degrees", "inch" or the degree sign. These are units behind a
 /// number only, so that parameters may have such names.
@@ -33,8 +33,8 @@ struct Unit {
 /// The unit in SI: "m", "rad/s", "N m", "kg m^5"; "" = dimensionless.
 [[nodiscard]] std::string si_name(const Dimension&);
 
-/// A number of `unit` in SI and back. A whole divisor (mm, g, ms) divides, so that 35 mm gives the
-/// same bits as 0.035.
+/// Converts a number from `unit` to SI and back. Units that divide by an integer (mm, g, ms) are
+/// converted by division, so that 35 mm gives the same bits as 0.035.
 [[nodiscard]] double to_si(double value, const Unit& unit);
 [[nodiscard]] double from_si(double si, const Unit& unit);
 
@@ -42,10 +42,11 @@ struct Unit {
 /// A unit of another dimension is an error that names both.
 [[nodiscard]] Result<double> read_quantity(std::string_view s, std::string_view si_unit);
 
-/// A text for a file that reads back to the same bits: whichever of SI and the customary unit
-/// (mm for m, deg for rad) round-trips and is shorter; the unit is always written unless SI.
+/// A text for files that reads back to the same bits: SI or the customary unit (mm for m, deg for
+/// rad), whichever round-trips and is shorter; the unit is always written unless SI.
 [[nodiscard]] std::string print_quantity(double si, std::string_view si_unit);
-/// The same with the unit in any case: "0.48 m", "20 mm", "3"; of equally long ones the customary.
+/// The same, always with the unit: "0.48 m", "20 mm", "3"; of equally long texts the customary
+/// unit.
 [[nodiscard]] std::string print_with_unit(double si, std::string_view si_unit);
 
 }  // namespace robomosp::units

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is text: bytes in UTF-8 (layer: core). [any thread]
+// Checks for UTF-8 text (layer: core). [any thread]
 #pragma once
 
 #include <cstddef>

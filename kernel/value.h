@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Value: what commands take and return; every front end translates to and from it (layer: core).
+// Value: arguments and results of commands; every front end converts to and from it (layer: core).
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@ namespace robomosp {
 
 class Value;
 
-/// Names something that lives in the program: a record ("robot", "solid", ...), a "recording", a
-/// "job". A handle never dangles: it is looked up at each use, and a deleted target gives
+/// Identifies an object of the program: a record ("robot", "solid", ...), a "recording", a "job". A
+/// handle never dangles: it is looked up at each use, and a deleted target gives
 /// ErrorCode::stale_handle. Numbers are never reused.
 struct Handle {
   std::string kind;
@@ -27,7 +27,7 @@ struct Handle {
   bool operator==(const Handle&) const = default;
 };
 
-/// The numbers of a NumericArray, seen; a copy where a vector is wanted.
+/// A view of the numbers of a NumericArray; converts to a vector by copying.
 class Numbers : public std::span<const double> {
  public:
   Numbers() = default;
@@ -75,8 +75,8 @@ class NumericArray {
         cols_(cols),
         data_(copied(v.begin(), v.size())),
         unit_(std::move(unit)) {}
-  /// `rows` numbers, or rows x cols, that lie in memory shared with others: arrays of one answer
-  /// take one allocation. `first` must own (or share) at least that many.
+  /// `rows` numbers, or rows x cols, in shared memory, so that the arrays of one result need one
+  /// allocation. `first` must own (or share) at least that many.
   NumericArray(std::shared_ptr<const double> first, std::size_t rows, std::size_t cols,
                std::string unit)
       : size_(cols ? rows * cols : rows),
@@ -98,7 +98,8 @@ class NumericArray {
 
  private:
   static constexpr std::size_t kVector = static_cast<std::size_t>(-1);
-  static constexpr std::size_t kFew = 64;  ///< up to here a copy is cheaper than a second block
+  static constexpr std::size_t kFew = 64;  ///< up to this size a copy is cheaper than a second
+                                           ///< block
   static std::shared_ptr<const double> copied(const double* first, std::size_t count) {
     auto block = std::make_shared_for_overwrite<double[]>(count);
     std::copy(first, first + count, block.get());
@@ -123,7 +124,7 @@ class Map {
   [[nodiscard]] const Value* find(std::string_view key) const;
   [[nodiscard]] Value* find(std::string_view key);
   void set(std::string key, Value value);  ///< replaces or appends; takes longer the more there are
-  void append(std::string key, Value value);  ///< of a key that is not there yet
+  void append(std::string key, Value value);  ///< for a key that does not exist yet
   bool erase(std::string_view key);
   // Defined where Value is complete, as the size of an entry is needed.
   [[nodiscard]] std::size_t size() const;
@@ -159,7 +160,7 @@ class Value {
   [[nodiscard]] std::string_view type_name() const;  ///< "nil", "bool", "int", "real", ...
   [[nodiscard]] bool is_nil() const { return type() == Type::nil; }
   [[nodiscard]] bool is_number() const { return type() == Type::integer || type() == Type::real; }
-  /// Pointers to the content, or nullptr when the type is another.
+  /// Pointers to the content, or nullptr if the type differs.
   [[nodiscard]] const bool* as_bool() const { return std::get_if<bool>(&v_); }
   [[nodiscard]] const std::int64_t* as_int() const { return std::get_if<std::int64_t>(&v_); }
   [[nodiscard]] const double* as_real() const { return std::get_if<double>(&v_); }
@@ -173,7 +174,7 @@ class Value {
   [[nodiscard]] double number() const;
   bool operator==(const Value& o) const { return v_ == o.v_; }
 
-  /// One line that reads well: `{1, 2, 3}`, `robot#17`. Numbers shortest round trip.
+  /// One readable line: `{1, 2, 3}`, `robot#17`. Numbers in shortest form that reads back.
   [[nodiscard]] std::string text() const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values as text: the beginning of it for messages and logs, and the form of tables that all
-// writers of values share (layer: core).
+// Values as text: the start of a value for messages and logs, and the table layout shared by all
+// writers of values (layer: core).
 #pragma once
 
 #include <cstddef>
@@ -12,22 +12,21 @@
 
 namespace robomosp {
 
-/// Value::text() for who shows its beginning only: all of it when it has no more than `most` bytes,
-/// else a beginning of more than that, which may end anywhere. What is not shown takes no time.
-/// [any thread]
+/// Value::text() for callers that show only its start: the whole text if it has at most `most`
+/// bytes, else a longer beginning, which may end anywhere. The rest takes no time. [any thread]
 [[nodiscard]] std::string beginning_of(const Value&, std::size_t most);
 
-/// Whether it consists of ASCII letters, digits and _, and does not begin with a digit: a key that
-/// needs no brackets. [any thread]
+/// True if the name consists of ASCII letters, digits and _, and does not begin with a digit: a key
+/// that needs no brackets. [any thread]
 [[nodiscard]] bool is_plain_name(std::string_view);
 
 /// A value as text with lists and maps in braces: {1, 2}, {name = value}. `leaf(value, is_inside)`
-/// writes anything else, and `key(name)` a name with what stands between it and its value. Once it
-/// has more than `most` bytes it may end anywhere. Values may be nested to any depth. [any thread]
+/// writes other values, and `key(name)` writes a name with the separator before its value. A text
+/// longer than `most` bytes may end anywhere. Values may be nested to any depth. [any thread]
 template <class Leaf, class Key>
 [[nodiscard]] std::string table_text(const Value& value, std::size_t most, const Leaf& leaf,
                                      const Key& key) {
-  // An explicit stack: depth is the user's, not ours.
+  // An explicit stack, since the depth is set by the user.
   struct Level {
     const Value* container;
     std::size_t next = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls of functions of interfaces across a channel: from the type of a function to the message
-// that asks for it, and from that to the call (layer: core, header-only).
+// Remote calls of interface functions over a channel: from the type of a function to the request
+// message, and from the message to the call (layer: core, header-only).
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@
 
 namespace robomosp::apart {
 
-/// How an answer begins.
+/// The first word of a reply.
 enum class Outcome : std::uint32_t {
   done = 0,
   fault = 1,
@@ -35,80 +35,80 @@ enum class Outcome : std::uint32_t {
   misread = 4
 };
 
-/// An answer on its way out.
+/// A reply to be sent.
 class Reply {
  public:
   virtual ~Reply() = default;
   virtual void measure(Sizer&) = 0;
   virtual void write(Writer&) = 0;
 };
-/// Where it goes; once a call.
+/// Receives the reply; once per call.
 class Sink {
  public:
   virtual ~Sink() = default;
   virtual void send(Reply&) = 0;
-  /// What the object that was called may go on using: a solver its robot.
+  /// Keeps alive what the called object continues to use: a solver its robot.
   virtual void keep(std::shared_ptr<const void> what, bool is_in_place_of_the_last) = 0;
 };
 using Serve = void (*)(void* object, std::uint32_t method, Reader& request, Progress&, Sink&);
 
 class Remote;
 
-/// A call on its way out and its answer on the way back.
+/// A call to be sent, and its reply.
 class Exchange {
  public:
   virtual ~Exchange() = default;
   virtual void measure(Sizer&) = 0;
   virtual void write(Writer&) = 0;
   virtual void read(Reader&) = 0;
-  Progress* progress = nullptr;  ///< of the call, if it has one
-  /// The object's proxy keeps what is lent with this call, and says it again to a new process.
+  Progress* progress = nullptr;  ///< of the call; null = none
+  /// The object's proxy keeps what is lent with this call, and repeats the call to a new process.
   bool is_lasting = false;
-  std::string* keep = nullptr;  ///< gets the message, to be said again
-  bool is_in_out = false;       ///< what it fills is read, too
-  bool lends = false;           ///< set: it lends what is there for the call only
-  std::vector<Remote*> also{};  ///< objects of the other side that it speaks of
+  std::string* keep = nullptr;  ///< receives the message, to be repeated later
+  bool is_in_out = false;       ///< what it fills is also read
+  bool lends = false;           ///< output: it lends objects for the call only
+  std::vector<Remote*> also{};  ///< objects of the other side that the call refers to
 };
 
 /// The other side. [any thread]
 class Peer : public std::enable_shared_from_this<Peer> {
  public:
   virtual ~Peer() = default;
-  /// An error is of the other side's process, and not of what it answered.
+  /// An error reports a failure of the other process; failures of the call are in the reply.
   virtual Result<void> exchange(Remote& object, std::uint32_t method, Exchange&) = 0;
-  /// Makes an object of this side known to the other; it gets a number above 0.
+  /// Makes an object of this side available to the other; returns its number, above 0.
   virtual std::uint64_t lend(void* object, Serve serve, std::shared_ptr<void> owner,
                              bool is_for_call) = 0;
   virtual void take_back(std::uint64_t lent) = 0;
-  /// An object of this side that the other one speaks of; null = there is none of that kind.
+  /// An object of this side that the other side refers to; null = none of that kind.
   virtual std::shared_ptr<void> own(std::uint64_t lent, Serve kind) = 0;
-  /// An object of the other side is not used any more.
+  /// Releases an object of the other side.
   virtual void release(std::uint64_t object, std::uint64_t generation) = 0;
-  /// Of the call that this thread serves.
+  /// Progress of the call that this thread serves.
   [[nodiscard]] virtual Progress& progress() = 0;
-  /// Of the process that the next object is in.
+  /// Generation of the process in which the next object will be created.
   [[nodiscard]] virtual std::uint64_t generation() const = 0;
 };
 
-/// An object of the other side, by its number, and how another process comes to an equal one.
+/// An object of the other side, by its number, with the means to create it again in a new process.
 class Remote {
  public:
   std::shared_ptr<Peer> peer;
-  std::string name;                 ///< of the provider, for people
+  std::string name;                 ///< of the provider, for messages
   std::vector<std::string> params;  ///< names of its parameters
-  // What makes it: a row of the plugin's table, or a call of another object.
+  // How to create it: a row of the plugin's table, or a call of another object.
   std::uint32_t row = 0;
   std::shared_ptr<Remote> maker;
   std::uint32_t make_method = 0;
   std::string make_bytes;
-  /// A sentence when it cannot be made again.
+  /// Error message if it cannot be created again; else empty.
   std::string lost;
-  // What binds it to what it works on.
+  // The call that binds it to its input.
   std::uint32_t prepare_method = 0;
   std::string prepare_bytes;
   bool is_prepared = false;
-  std::vector<std::uint64_t> lent;  ///< of this side, as long as it is there
-  bool is_borrowed = false;         ///< it is there for a call only, and nobody's to release
+  std::vector<std::uint64_t> lent;  ///< objects of this side, during its lifetime
+  bool is_borrowed = false;         ///< it exists for one call only, and is not released
 
   std::mutex mutex;
   std::uint64_t id = 0, generation = 0;  // guarded by mutex
@@ -122,8 +122,8 @@ class Remote {
 
 // --- parameters of functions ---
 
-/// What stands for a parameter where a call is served: read from the request, handed to the
-/// function, and what it changed is part of the answer.
+/// A parameter on the serving side: read from the request and passed to the function; what the
+/// function changes is part of the reply.
 template <class P>
 struct Slot {
   std::remove_cvref_t<P> value{};
@@ -135,7 +135,7 @@ struct Slot {
   template <class V>
   void answer(V&) {}
 };
-/// The same where a call is made.
+/// The same on the calling side.
 template <class P>
 struct Sent {
   std::remove_reference_t<P>* value;
@@ -163,7 +163,7 @@ struct Sent<Progress&> {
   void answered(Reader&) {}
 };
 
-/// Values of parameters, in every form that a provider may ask for.
+/// Values of parameters, for every getter that a provider may call.
 class WireParams final : public Params {
  public:
   struct One {
@@ -240,7 +240,7 @@ struct Sent<const Params&> {
 
 // --- results ---
 
-/// How a result is written and read; products of their own are in proxies.h.
+/// Writes and reads a result; results that are objects are in proxies.h.
 template <class T>
 struct Given {
   template <class V>
@@ -279,7 +279,7 @@ struct Signature<R (*)(C&, P...)> : Signature<R (std::remove_const_t<C>::*)(P...
 
 template <auto M>
 struct Constant {};
-/// The functions of a class that can be called from the other side, in order.
+/// The functions of a class that the other side can call, in order.
 template <auto... M>
 struct MethodList {
   template <auto Wanted>
@@ -332,14 +332,14 @@ class Answer final : public Reply {
   Slots& slots_;
 };
 
-/// Functions that bind an object to what they are given for good.
+/// Functions that bind an object permanently to their arguments.
 template <auto M>
 inline constexpr bool kBinds = false;
-/// Functions that change numbers which they are given, and do not only fill them in.
+/// Functions that modify numbers passed to them instead of only filling them in.
 template <auto M>
 inline constexpr bool kIsInOut = false;
 
-/// Reads what one function is asked for, calls it and answers.
+/// Reads the arguments of one function, calls it and replies.
 template <auto M>
 void serve_one(void* object, Reader& request, Progress& progress, Sink& sink) {
   using S = Signature<decltype(M)>;
@@ -381,7 +381,7 @@ void serve_one(void* object, Reader& request, Progress& progress, Sink& sink) {
     sink.keep(std::make_shared<Kept>(kept, request.take_kept()), !thrown && !answer.fault);
   }
   if (!thrown) {
-    try {  // what is made is asked for more on its way out
+    try {  // writing the reply calls the new object
       return sink.send(answer);
     } catch (const std::exception& e) {
       thrown.emplace(Outcome::threw, e.what());
@@ -402,7 +402,7 @@ void MethodList<M...>::serve(void* object, std::uint32_t method, Reader& request
   sink.send(misread);
 }
 
-/// One call as its exchange: what is sent, and what came of it.
+/// One call as an exchange: the request, and the outcome.
 template <class S>
 class Call final : public Exchange {
  public:
@@ -447,8 +447,8 @@ struct CallOptions {
   bool* lends = nullptr;
 };
 
-/// Calls a function of an object of the other side. What it throws there is thrown here; that its
-/// process failed is an error, or an exception where the function has none.
+/// Calls a function of an object of the other side. Its exceptions are thrown again here; a failure
+/// of its process is an error, or an exception if the function cannot return one.
 template <auto M, class... A>
 auto call_with(const std::shared_ptr<Remote>& object, const CallOptions& options, A&&... arguments)
     -> typename Signature<decltype(M)>::Return {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Channel: memory that this program and the process of a plugin share, with one message at a time
-// in it, and whose turn it is (layer: core).
+// Channel: memory that this program and the process of a plugin share, which holds one message at a
+// time and whose turn it is (layer: core).
 #pragma once
 
 #include <atomic>
@@ -13,19 +13,19 @@
 
 namespace robomosp::apart {
 
-/// What a message is.
+/// Kind of a message.
 enum class Kind : std::uint32_t { call = 1, answer = 2 };
 
-/// Begins the shared memory. Each side writes what it says before it gives the turn away; what the
-/// other side wrote is read once and held against the size of the memory.
+/// The start of the shared memory. Each side writes its message before it passes the turn; what the
+/// other side wrote is read once and checked against the size of the memory.
 struct Shared {
   std::atomic<std::uint32_t> turn;       ///< 0: the program's, 1: the process's
-  std::atomic<std::uint32_t> asleep[2];  ///< who has to be woken
+  std::atomic<std::uint32_t> asleep[2];  ///< which side has to be woken
   std::atomic<std::uint32_t> cancelled;  ///< the user asked to stop
   std::uint32_t kind, method;
   std::uint64_t object, offset, size;
-  // What the work reports of its progress; the last word holds.
-  std::atomic<std::uint32_t> told;  ///< odd while it is written
+  // Progress of the work; only the latest report counts.
+  std::atomic<std::uint32_t> told;  ///< odd during a write
   std::uint32_t what_size;
   double share;
   char what[200];
@@ -35,21 +35,21 @@ struct Message {
   Kind kind = Kind::call;
   std::uint32_t method = 0;
   std::uint64_t object = 0;
-  char* bytes = nullptr;  ///< in the shared memory: the other side may change them
+  char* bytes = nullptr;  ///< in the shared memory: the other side may change it
   std::uint64_t size = 0;
 };
 
-/// One conversation: calls, calls within calls and their answers, strictly in turn. [one thread at
-/// a time]
+/// One conversation: calls, nested calls and their replies, strictly in turn. [one thread at a
+/// time]
 class Channel {
  public:
   enum class Side : std::uint32_t { program = 0, process = 1 };
   static constexpr std::size_t kAlign = 64;
 
-  /// Of the program, with memory of its own that may grow to `most` bytes and never shrinks, so
-  /// that what is mapped stays there whatever the other side does.
+  /// The program's end: allocates memory that may grow to `most` bytes and never shrinks, so that
+  /// its mapping stays valid whatever the other side does.
   static Result<std::unique_ptr<Channel>> make(std::uint64_t most);
-  /// Of the process; takes the descriptor over. Null = it cannot be mapped.
+  /// The plugin process's end; takes ownership of the descriptor. Null = it cannot be mapped.
   static std::unique_ptr<Channel> open(int descriptor, std::uint64_t most);
   ~Channel();
   Channel(const Channel&) = delete;
@@ -58,16 +58,16 @@ class Channel {
   [[nodiscard]] int descriptor() const { return fd_; }
   [[nodiscard]] Shared& shared() const { return *shared_; }
 
-  /// Room for a message above all that are in use; null = there is no more.
+  /// Space for a message above all those in use; null = there is no more.
   [[nodiscard]] char* place(std::uint64_t size);
-  /// Says what stands at the last place() and gives the turn away.
+  /// Sends the message written at the last place() and passes the turn.
   void post(Kind kind, std::uint64_t object, std::uint32_t method, std::uint64_t size);
-  /// Whether it is this side's turn, after waiting at most so long; < 0 = for good.
+  /// True if it is this side's turn, after waiting at most this long; < 0 = no limit.
   [[nodiscard]] bool wait(int milliseconds);
-  /// What the other side said; false = that is no message.
+  /// The message of the other side; false = malformed.
   [[nodiscard]] bool receive(Message& out);
 
-  /// Messages above this place are not in use any more.
+  /// Messages above this offset are no longer in use.
   [[nodiscard]] std::uint64_t top() const { return top_; }
   void set_top(std::uint64_t top);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Doors: what the program asks of a plugin's process, and that of the program, beside the calls of
-// interfaces; and the numbers by which either side's objects are known (layer: core, header-only).
+// The interfaces of the two processes beside the remote calls, PluginDoor and HostDoor, and the
+// numbers that identify either side's objects (layer: core, header-only).
 #pragma once
 
 #include <cstdint>
@@ -29,13 +29,13 @@ struct PluginWire {
 RMP_FIELDS(ProviderWire, interface_id, name, summary, tags, params, fault)
 RMP_FIELDS(PluginWire, id, version, license, summary, providers)
 
-/// Of a plugin's process: its object number 1.
+/// Interface of a plugin's process: its object number 1.
 class PluginDoor {
  public:
   virtual ~PluginDoor() = default;
-  /// What the plugin's tables say; why it cannot be opened, as the loader says it.
+  /// The plugin's tables, or the loader's error if it cannot be opened.
   virtual Result<PluginWire> describe() = 0;
-  /// Makes a provider, by its row; gives its number.
+  /// Creates the provider of a row; returns its number.
   virtual Result<std::uint64_t> create(std::uint32_t row) = 0;
 };
 template <>
@@ -60,7 +60,8 @@ RMP_FIELDS(CreatedWire, id, interface_id, name, params)
 RMP_FIELDS(ProgramWire, name, input, arguments, seconds, memory, most_output)
 RMP_FIELDS(ProgramDone, output, lines)
 
-/// Of the program: its object number 1. rmp_host, as a plugin has it in the program itself.
+/// Interface of the program: its object number 1. Serves rmp_host to the plugin as inside the
+/// program.
 class HostDoor {
  public:
   virtual ~HostDoor() = default;
@@ -80,17 +81,17 @@ struct Methods<HostDoor>
 
 inline constexpr std::uint64_t kDoor = 1;
 
-/// Objects of one side by the numbers that the other knows them by. [any thread]
+/// Objects of one side, by the numbers under which the other side knows them. [any thread]
 class Table {
  public:
   struct Entry {
     void* object = nullptr;
     Serve serve = nullptr;
-    /// What it uses; it ends before that does.
+    /// What the object uses; destroyed after it.
     std::shared_ptr<std::vector<std::shared_ptr<const void>>> bound{};
     std::shared_ptr<void> owner;
-    const void* scope = nullptr;  ///< the only conversation that may ask for it; null = all
-    /// Calls of what the other side made come one after the other.
+    const void* scope = nullptr;  ///< the only conversation that may use it; null = all
+    /// Serialises the calls of objects created by the other side.
     std::shared_ptr<std::recursive_mutex> in_turn;
   };
   std::uint64_t add(Entry entry) {
@@ -99,7 +100,7 @@ class Table {
     return last_;
   }
   void erase(std::uint64_t id) {
-    Entry gone;  // which ends after the lock does
+    Entry gone;  // destroyed after the lock
     const std::lock_guard lock(mutex_);
     if (const auto at = entries_.find(id); at != entries_.end()) {
       gone = std::move(at->second);
@@ -127,11 +128,11 @@ class Table {
   std::uint64_t last_ = 0;                  // guarded by mutex_
 };
 
-/// Answers one question over the channel that it came by.
+/// Replies to one request over the channel on which it arrived.
 class Answering final : public Sink {
  public:
-  /// `object` is the one of `table` that was asked; `too_long` is said in place of an answer for
-  /// which the channel has no room.
+  /// `object` is the called object of `table`; `too_long` is the error sent if the reply exceeds
+  /// the space of the channel.
   Answering(Peer& peer, Table& table, Channel& channel, std::uint64_t object, const char* too_long)
       : peer_(peer), table_(table), channel_(channel), object_(object), too_long_(too_long) {}
   void keep(std::shared_ptr<const void> what, bool is_in_place_of_the_last) override {
@@ -158,7 +159,7 @@ class Answering final : public Sink {
   const char* too_long_;
 };
 
-/// Control messages of the program, one a packet; a new channel comes with its descriptor.
+/// Control messages of the program, one per packet; the descriptor of a new channel is attached.
 struct Control {
   enum class What : std::uint32_t { channel = 1, release = 2 };
   What what = What::channel;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ProviderProcess: a plugin in a process of its own, robomosp-provider, whose providers are called
-// across shared memory. What they do to their process is an error that names them, and the next
-// call starts another (layer: core).
+// ProviderProcess: a plugin in a separate process, robomosp-provider; its providers are called over
+// shared memory. If they crash or hang it, the call fails with an error that names them, and the
+// next call starts another process (layer: core).
 #pragma once
 
 #include <cstdint>
@@ -21,13 +21,14 @@ namespace apart {
 struct PluginWire;
 }
 
-/// What a plugin's process may use.
+/// Resource limits of a plugin's process.
 struct ApartLimits {
-  /// A call that says nothing for so long (no answer, no progress, no question) has its process
+  /// A process without any sign of life (reply, progress or request) for this long during a call is
   /// ended [s].
   double seconds = 60;
   std::uint64_t memory = std::uint64_t{4} << 30;  ///< address space, at least 256 MiB [bytes]
-  /// Opens no file but libraries and what comes with the plugin, starts nothing and has no network.
+  /// The process opens no files but libraries and those shipped with the plugin, starts no process
+  /// and has no network.
   bool confined = true;
   bool operator==(const ApartLimits&) const = default;
 };
@@ -37,24 +38,25 @@ class ProviderProcess {
   /// Names of the parameters of any provider of the program, by interface and name.
   using ParamNames =
       std::function<std::vector<std::string>(std::string_view interface_id, std::string_view name)>;
-  /// Starts nothing yet. `host` is what the plugin is offered, and outlives all that it makes.
+  /// Does not start a process yet. `host` is passed to the plugin, and must outlive all objects it
+  /// creates.
   ProviderProcess(std::filesystem::path plugin, ApartLimits limits, const rmp_host* host,
                   ParamNames params);
-  ~ProviderProcess();  ///< what was made keeps the process until it is gone
+  ~ProviderProcess();  ///< objects created before keep the process alive
   ProviderProcess(const ProviderProcess&) = delete;
   ProviderProcess& operator=(const ProviderProcess&) = delete;
 
-  /// What the plugin's tables say. Starts a process if none runs.
+  /// The plugin's tables. Starts a process if none is running.
   [[nodiscard]] Result<apart::PluginWire> describe();
-  /// A provider, by its row: a proxy of the class of the interface. Its functions may be called
-  /// by several threads at once, as the interface says. [any thread]
+  /// Creates the provider of a row: a proxy of the interface class. Several threads may call its
+  /// functions at once, as the interface defines. [any thread]
   [[nodiscard]] Result<void*> create(std::uint32_t row, const std::string& interface_id,
                                      const std::string& name, std::vector<std::string> params);
   /// Ends the process. The next call starts another.
   void end();
-  /// Of the process that runs; 0 = none.
+  /// Id of the running process; 0 = none.
   [[nodiscard]] int process() const;
-  /// How many were started.
+  /// Number of processes started so far.
   [[nodiscard]] std::uint64_t starts() const;
   [[nodiscard]] const ApartLimits& limits() const;
 

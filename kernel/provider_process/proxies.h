@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proxies: objects of the SDK's interfaces whose functions run on the other side of a channel, and
-// how the other side serves them. Both ends use them: the program for what a plugin makes, the
-// plugin's process for what the program lends it (layer: core).
+// Proxies: objects of the SDK's interfaces with functions that run on the other side of a channel,
+// and the code that serves them there. Both ends use them: the program for the plugin's objects,
+// the plugin's process for objects that the program lends it (layer: core).
 #pragma once
 
 #include <memory>
@@ -17,14 +17,14 @@ namespace robomosp::apart {
 struct InterfaceWire {
   std::string_view id;  ///< "robomosp.ik/1"
   Serve serve = nullptr;
-  /// A proxy of a provider of the other side, as a pointer to the class of the interface; asks the
-  /// other side for what is asked of it without a chance to fail.
+  /// Creates a proxy of a provider of the other side, as a pointer to the interface class; reads in
+  /// advance what its functions return without a chance to fail.
   Result<void*> (*proxy)(std::shared_ptr<Remote>) = nullptr;
-  /// Owns a provider of this side.
+  /// Takes ownership of a provider of this side.
   std::shared_ptr<void> (*own)(void* made) = nullptr;
 };
 
-/// nullptr = its providers cannot be in a process of their own; not_apart() says why.
+/// nullptr = its providers cannot run in a separate process; not_apart() returns the reason.
 [[nodiscard]] const InterfaceWire* interface_wire(std::string_view interface_id);
 [[nodiscard]] std::string not_apart(std::string_view interface_id);
 

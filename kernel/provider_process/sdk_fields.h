@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structs of the SDK as messages (layer: core, header-only). What holds objects is in
+// The structs of the SDK as messages (layer: core, header-only). Those that contain objects are in
 // proxies.h.
 #pragma once
 
@@ -30,7 +30,7 @@
 
 namespace robomosp::apart {
 
-// Structs of doubles and of numbers that any value fits.
+// Structs of doubles and of numbers without invalid values.
 #define RMP_PLAIN(T) \
   template <>        \
   struct IsPlain<T> : std::true_type {}
@@ -156,7 +156,7 @@ RMP_FIELDS(TipModel, name, joint, tool)
 RMP_FIELDS(LoopModel, name, joint_a, joint_b, in_a, in_b, fixed)
 RMP_FIELDS(RobotModel, name, joints, tips, base, gravity, loops, coordinates, velocities)
 
-/// Scratch is memory and no value: the other side has its own.
+/// Scratch has no value to send: the other side has its own.
 template <class V>
 void scratch_fields(V& v, std::span<double>& scratch) {
   std::uint64_t n = scratch.size();
@@ -297,7 +297,7 @@ void fields(V& v, ExportTask& x) {
   fields(v, x.robots);  // the report goes with the call (proxies.cpp)
 }
 
-/// A row of a table of parameters with texts of its own.
+/// A row of a parameter table that owns its texts.
 struct RowWire {
   std::string name, type, unit, doc, label, group;
   std::optional<std::string> default_text, choices;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spawner: starts processes that the system ends with this one. It does so when the thread that
-// started them ends, so that is one which lasts (layer: core).
+// Spawner: starts processes that the system ends with this one. The system does so when the
+// starting thread ends, so a thread that lasts as long as the program starts them (layer: core).
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace robomosp::apart {
 
-/// Starts a program with descriptor 0 and, for what it prints, 1 and 2. Gives its number. [any
-/// thread; waits for the start]
+/// Starts a program with the given descriptor 0, and descriptors 1 and 2 for its output. Returns
+/// its process id. [any thread; waits for the start]
 [[nodiscard]] Result<int> spawn_for_good(std::filesystem::path program,
                                          std::vector<std::string> arguments, int in, int out);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What passes between this program and the process of a plugin: values as bytes of this machine,
-// both ends of one build. A value is measured (Sizer), written where it is read from (Writer), and
-// read (Reader) by one function, fields() (layer: core, header-only).
+// Messages between this program and the process of a plugin: values in native byte order, both ends
+// of one build. A single function, fields(), measures (Sizer), writes in place (Writer) and reads
+// (Reader) a value (layer: core, header-only).
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ namespace robomosp::apart {
 
 class Peer;
 
-/// Numbers, and structs of numbers, which any bytes are a value of: copied as they are.
+/// Numbers, and structs of numbers, for which any bytes are valid: copied unchanged.
 template <class T>
 struct IsPlain : std::bool_constant<(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) ||
                                     std::is_enum_v<T>> {};
@@ -45,9 +45,9 @@ struct IsPlain<Mesh::Face> : std::true_type {};
 template <class T>
 concept Plain = IsPlain<std::remove_const_t<T>>::value;
 
-/// Arrays begin where any of their numbers may.
+/// Alignment of arrays, sufficient for any of their numbers.
 inline constexpr std::uint64_t kArrayAlign = 16;
-/// Values within values.
+/// Greatest nesting of values.
 inline constexpr int kDeepest = 64;
 
 class Sizer {
@@ -68,7 +68,7 @@ class Writer {
   Writer(Peer& peer, char* base, std::uint64_t size) : peer_(peer), base_(base), size_(size) {}
   void bytes(const void* from, std::uint64_t n) {
     if (n > size_ - at_)
-      n = size_ - at_;  // what is written changed meanwhile: the reader refuses it
+      n = size_ - at_;  // the value changed since it was measured: the reader rejects it
     if (n) std::memcpy(base_ + at_, from, n);
     at_ += n;
   }
@@ -76,8 +76,8 @@ class Writer {
     const std::uint64_t to = (at_ + kArrayAlign - 1) / kArrayAlign * kArrayAlign;
     if (to <= size_) at_ = to;
   }
-  /// Numbers that the other side fills: they come back from where they are written. They go there
-  /// only where that changes them (`is_in_out`).
+  /// Numbers that the other side fills: they come back from where they are written. They are sent
+  /// only if the function modifies them (`is_in_out`).
   void filled(void* to, std::uint64_t n) {
     align();
     if (n > size_ - at_) n = size_ - at_;
@@ -90,7 +90,7 @@ class Writer {
       if (f.size) std::memcpy(f.to, base_ + f.at, f.size);
   }
   [[nodiscard]] Peer& peer() const { return peer_; }
-  /// Objects that are lent for the call; with `is_lasting`, for as long as their proxy is there.
+  /// Objects lent for the call; with `is_lasting`, for the lifetime of their proxy.
   std::vector<std::uint64_t> lent;
   bool is_lasting = false;
   bool is_in_out = false;
@@ -111,7 +111,7 @@ class Writer {
 class Reader {
  public:
   static constexpr bool is_reader = true, is_writer = false;
-  /// `copies`: nothing that is read lies in the message, which the other side may change.
+  /// `copies`: copy all values out of the message, which the other side may change.
   Reader(Peer& peer, char* base, std::uint64_t size, bool copies)
       : peer_(&peer), base_(base), size_(size), copies_(copies) {}
   void bytes(void* to, std::uint64_t n) {
@@ -124,15 +124,15 @@ class Reader {
     if (to > size_) return fail();
     at_ = to;
   }
-  /// A count of things that take at least `each` bytes.
+  /// A count of elements of at least `each` bytes.
   std::uint64_t count(std::uint64_t each) {
     std::uint64_t n = 0;
     bytes(&n, sizeof n);
     if (is_broken_ || n > left() / each) fail();
     return is_broken_ ? 0 : n;
   }
-  /// Numbers where they are, or a copy. `is_filled`: what is written there goes back; unless they
-  /// were given, they are no numbers (NaN) until then.
+  /// Numbers in place, or a copy. `is_filled`: their values are sent back; unless values were sent,
+  /// they are NaN until written.
   template <class T>
   std::span<T> view(bool is_filled) {
     const std::uint64_t n = count(sizeof(T));
@@ -158,7 +158,7 @@ class Reader {
     keep(std::shared_ptr<T[]>(std::move(own)));
     return out;
   }
-  /// Brings what was filled to where the other side takes it.
+  /// Copies filled numbers to where the other side reads them.
   void bring_back() const {
     for (const Back& b : back_) std::memcpy(b.to, b.from, b.size);
   }
@@ -200,7 +200,7 @@ void fields(V& v, bool& x) {
   v.bytes(&byte, 1);
   x = byte != 0;
 }
-/// The number of what follows; 0 of a reader when there is not room for so many.
+/// The number of elements that follow; a reader gets 0 if the message is too short for them.
 template <class V>
 std::uint64_t count_of(V& v, std::uint64_t n, std::uint64_t each) {
   if constexpr (V::is_reader) return v.count(each);
@@ -289,7 +289,7 @@ void fields(V& v, std::shared_ptr<const T>& x) {
     fields(v, const_cast<T&>(*x));
   }
 }
-/// What a pointer may point to, or nothing.
+/// An optional value behind a pointer.
 template <class V, class T>
 void pointee(V& v, const T*& x) {
   bool has = x != nullptr;
