@@ -30,7 +30,7 @@ struct FaultSubject {
   std::string provider{};      ///< name of a provider or plugin
   std::string interface_id{};  ///< of the provider: "robomosp.ik/1"
   std::string file{};          ///< a file, or the name of a file of a program
-  /// Place in the file, from 1; the end is the first column behind it. 0 = unknown.
+  /// Position in the file, from 1; the end is the first column after it. 0 = unknown.
   std::uint32_t line = 0, column = 0, end_line = 0, end_column = 0;
   bool operator==(const FaultSubject&) const = default;
 };
@@ -51,7 +51,7 @@ struct FaultJoint {
   std::string name{};           ///< of its link, or "joint 3"
   std::size_t number = 0;       ///< from 1; 0 = unknown
   std::optional<double> value;  ///< [unit]
-  std::optional<double> limit;  ///< that it passes [unit]
+  std::optional<double> limit;  ///< the limit it exceeds [unit]
   std::string unit{};           ///< SI
   bool operator==(const FaultJoint&) const = default;
 };
@@ -61,7 +61,7 @@ struct FaultPoint {
   double x = 0, y = 0, z = 0;  ///< [m]
   bool operator==(const FaultPoint&) const = default;
 };
-/// What shows the fault: enough to draw it.
+/// Evidence of the fault: enough to draw it.
 struct FaultWitness {
   Handle scene{};                     ///< world, robot, solid or object that it is drawn in
   std::string robot{};                ///< member of the world
@@ -76,12 +76,12 @@ struct FaultWitness {
   bool operator==(const FaultWitness&) const = default;
 };
 
-/// A command that may mend a fault.
+/// A command that may fix a fault.
 struct FaultRemedy {
   std::string label{};    ///< "Set speed to 0.5 m/s"
   std::string command{};  ///< empty = the command that failed; the dispatcher fills it in
   Map args{};
-  /// The failed call again: its arguments, with those of `args` instead and without `without`.
+  /// Repeats the failed call: its arguments, replaced by those of `args` and without `without`.
   bool repeats = false;
   std::vector<std::string> without{};  ///< arguments to leave out
   /// The new value was checked and does not have this fault. Otherwise it is a guess.
@@ -99,7 +99,7 @@ struct Fault {
   FaultSubject subject{};
   FaultExtent extent{};
   FaultWitness witness{};
-  std::shared_ptr<const Fault> cause{};  ///< the fault behind it; null = none
+  std::shared_ptr<const Fault> cause{};  ///< the underlying fault; null = none
   std::vector<FaultRemedy> remedies{};
 };
 /// Compares all members, causes by their content.
@@ -115,27 +115,27 @@ struct Fault {
 /// fault repeats is given once. None is a defect of the caller.
 [[nodiscard]] Error error_of(std::vector<Fault>);
 [[nodiscard]] Error error_of(Fault);
-/// `e` with what is known besides its text: `amend` completes its faults one by one. An error
-/// without faults gets one first. The text of the error does not change.
+/// Adds structured data to `e`: `amend` completes its faults one by one. An error without faults
+/// gets one first. The text of the error does not change.
 void amend(Error& e, const std::function<void(Fault&)>& amend);
-/// Changes every text for people in an error and its faults, causes and remedies, such as names of
-/// files that a session may not see.
+/// Changes every user-visible text in an error and its faults, causes and remedies, such as names
+/// of files that a session may not see.
 void edit_texts(Error& e, const std::function<std::string(std::string)>& edit);
 
-/// As commands and remote peers get it: code, class, severity, message, where, hint, text (the
-/// sentence), and subject, extent, witness, cause, remedies where there are any.
+/// A fault as sent to commands and remote peers: code, class, severity, message, where, hint, text
+/// (the sentence), and subject, extent, witness, cause, remedies if present.
 [[nodiscard]] Map fault_map(const Fault&);
 /// The faults of an error, at most `most`, as maps.
 [[nodiscard]] List fault_list(const Error&, std::size_t most = 100);
-/// Reads what fault_map() writes. Members of another type and unknown ones are ignored; nullopt =
-/// not a map with a code and a message. For data of peers: bounded in depth and size.
+/// Reads the result of fault_map(). Members of another type and unknown ones are ignored; nullopt =
+/// not a map with a code and a message. For data of peers: limited in depth and size.
 [[nodiscard]] std::optional<Fault> fault_from(const Value&);
 /// Gives an error that was received as text the faults of the list of maps that came with it.
 void adopt_faults(Error& e, const Value& list);
 
 /// A row of the table of codes.
 struct FaultCode {
-  const char* code;  ///< "argument.out_of_range": room and fault, both in snake_case
+  const char* code;  ///< "argument.out_of_range": area and fault, both in snake_case
   ErrorCode error;   ///< the usual class
   const char* doc;   ///< one sentence
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Channel: memory that this program and the process of a plugin share, which holds one message at a
-// time and whose turn it is (layer: core).
+// time, and the turn of the two sides (layer: core).
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which bodies of many can be near each other, by trees of the boxes around them
+// Broad phase: pairs of bodies that can be near each other, from trees of the boxes around them
 // (layer: application, collision).
 #pragma once
 
@@ -32,24 +32,24 @@ class PairSet {
   std::vector<bool> has_;
 };
 
-/// The boxes of a world's bodies: a tree of those that stand still, which is made once, and one of
-/// those that move. Immutable. [any thread]
+/// The boxes of a world's bodies: a tree of the fixed ones, built once, and one of the moving ones.
+/// Immutable. [any thread]
 class BroadPhase {
  public:
   BroadPhase() = default;
-  /// `boxes` in the bodies' frames, `poses` where they are first.
+  /// `boxes` in the bodies' frames, `poses` the initial ones.
   BroadPhase(std::span<const spatial::Box> boxes, std::span<const Pose> poses,
              const std::vector<bool>& moves);
 
-  /// Where the bodies that move are; one a thread.
+  /// Poses of the moving bodies; one per thread.
   struct Placed {
     std::vector<spatial::Box> boxes, nodes;
   };
-  /// `poses` of all bodies; `grown`: by how much more the box of each body reaches [m], or empty.
+  /// `poses` of all bodies; `grown`: enlargement of each body's box [m], or empty.
   void place(std::span<const Pose> poses, std::span<const double> grown, Placed& out) const;
 
-  /// Calls visit(pair), a < b, for all pairs of the set whose boxes are within bound() [m], of
-  /// which one body moves; bound() may shrink meanwhile.
+  /// Calls visit(pair), a < b, for all pairs of the set with at least one moving body and boxes
+  /// within bound() [m]; bound() may shrink meanwhile.
   template <class Bound, class Visit>
   void near(const Placed& placed, const PairSet& pairs, Bound&& bound, Visit&& visit) const {
     for (std::size_t i = 0; i < moving_.size(); ++i) {
@@ -68,7 +68,7 @@ class BroadPhase {
 
  private:
   std::vector<std::int32_t> still_, moving_;  ///< bodies
-  std::vector<spatial::Box> boxes_;           ///< of those that move, in their frames
+  std::vector<spatial::Box> boxes_;           ///< of the moving ones, in their frames
   spatial::BoxTree still_tree_, moving_tree_;
   std::vector<spatial::Box> still_nodes_;
 };

@@ -25,17 +25,17 @@
 
 namespace robomosp::collision {
 
-/// A rigid body: a placed object, a robot's base or a link, or what a robot holds.
+/// A rigid body: a placed object, a robot's base or link, or an object held by a robot.
 struct CollisionBody {
   std::string name;         ///< "table", "arm.forearm", "arm.base"; of a robot alone "forearm"
-  std::int32_t robot = -1;  ///< index into robots(); -1 = an object that none holds
-  std::int32_t joint = -1;  ///< that carries it; -1 = none: it stands still
-  Pose placement;           ///< joint_T_body, or world_T_body of what stands still
-  double reach = 0;         ///< of its shapes from the joint's origin, a bound [m]
+  std::int32_t robot = -1;  ///< index into robots(); -1 = an object that is not held
+  std::int32_t joint = -1;  ///< the joint that carries it; -1 = none: the body is fixed
+  Pose placement;           ///< joint_T_body, or world_T_body of a fixed body
+  double reach = 0;         ///< distance of its shapes from the joint's origin, a bound [m]
   bool is_held = false;     ///< an object in a robot's hand
 };
 
-/// A robot and where its coordinates are in a configuration of all.
+/// A robot and the range of its coordinates in a configuration of all robots.
 struct CollisionRobot {
   std::string name;
   RobotId record;
@@ -47,9 +47,9 @@ struct CollisionRobot {
 
 /// Why a pair is not checked.
 enum class PairReason : std::uint8_t {
-  adjacent,  ///< nothing but one joint (or links without shapes) between them
+  adjacent,  ///< only one joint (or links without shapes) between them
   always,    ///< they touch in every sampled configuration
-  rule,      ///< the record says so (model::CollisionPairRule)
+  rule,      ///< set by the record (model::CollisionPairRule)
 };
 struct PassedPair {
   CollisionPair pair;  ///< indices of bodies
@@ -57,7 +57,7 @@ struct PassedPair {
   std::string text;  ///< of a rule: its reason
 };
 
-/// A pair that is too near, and where.
+/// A pair that is too near, with the nearest points.
 struct Contact {
   CollisionPair pair;
   PairDistance at;
@@ -65,17 +65,17 @@ struct Contact {
 /// First contact on a joint path.
 struct PathContact {
   std::size_t segment = 0;  ///< between waypoints `segment` and `segment` + 1
-  double share = 0;         ///< of the way along it, 0..1
+  double share = 0;         ///< fraction of the path between them, 0..1
   Contact contact;
 };
 
-/// What of sampled configurations says that a pair need not be checked.
+/// A pair that need not be checked, according to sampled configurations.
 struct SampledPair {
   CollisionPair pair;
   bool always = false;  ///< touches in all samples; false = in none
 };
 
-/// What robots hold, and where other objects are, instead of as the world says.
+/// Objects held by robots, and poses of other objects, that override the world's.
 struct ObjectPlaces {
   std::vector<recording::Load> held;
   std::map<std::string, Pose> moved;  ///< world_T_object by name
@@ -86,24 +86,24 @@ struct ObjectPlaces {
   return x.a != y.a ? x.a < y.a : x.b < y.b;
 }
 
-/// A clearance that remembers when it could not be told: whoever gave it to a solver asks
-/// afterwards, since a solver only sees numbers and takes such configurations for clear.
+/// A clearance that records failures: a solver only sees numbers and takes a failed configuration
+/// for clear, so its caller checks outcome() afterwards.
 class AskedClearance : public ClearanceField {
  public:
-  /// The first failure since it was made: of the collision provider, or that it was cancelled.
+  /// The first failure since construction: of the collision provider, or a cancellation.
   [[nodiscard]] virtual Result<void> outcome() const = 0;
 };
 
-/// Immutable; any thread may query it. A configuration holds the coordinates of all robots one
-/// after the other.
+/// Immutable; any thread may query it. A configuration is the concatenated coordinates of all
+/// robots.
 class CollisionModel {
  public:
-  /// Objects among themselves and with robots' bases, which never move, are checked only where a
-  /// rule that names both forbids them to touch. What a robot holds is a body of it, and checked
-  /// with all but what carries it.
+  /// Pairs that never move (objects among themselves, and with robots' bases) are checked only if a
+  /// rule that names both forbids contact. A held object is a body of its robot, checked with all
+  /// bodies but its carrier.
   static Result<std::shared_ptr<const CollisionModel>> of_world(
       const evaluation::Sources&, WorldId, Progress&, const ObjectPlaces* places = nullptr);
-  /// Self-collision of a robot that stands in its mounting frame.
+  /// Self-collision of a robot at its mounting frame.
   static Result<std::shared_ptr<const CollisionModel>> of_robot(const evaluation::Sources&, RobotId,
                                                                 Progress&);
 
@@ -111,15 +111,15 @@ class CollisionModel {
   [[nodiscard]] const std::vector<CollisionRobot>& robots() const { return robots_; }
   /// The pairs that are checked.
   [[nodiscard]] const std::vector<CollisionPair>& pairs() const { return pairs_; }
-  /// Pairs of bodies that move against each other and are not checked.
+  /// Pairs of bodies with relative motion that are not checked.
   [[nodiscard]] const std::vector<PassedPair>& passed() const { return passed_; }
-  /// What has no shape and so touches nothing, by the names that bodies have: objects without
-  /// parts, and of each robot what moves as one and of which nothing is designed or generated.
+  /// Items without a shape, which touch nothing, by the names of bodies: objects without parts, and
+  /// rigid groups of a robot's links without designed or generated bodies.
   [[nodiscard]] const std::vector<std::string>& shapeless() const { return shapeless_; }
   [[nodiscard]] std::size_t coordinate_count() const { return coordinates_; }
-  /// The engine is written in Lua: it answers on the application's thread only.
+  /// The engine is written in Lua: it runs on the application's thread only.
   [[nodiscard]] bool is_script() const { return is_script_; }
-  /// Where the world shows its robots.
+  /// The robots' configuration in the world.
   [[nodiscard]] std::vector<double> shown() const;
   /// "arm.forearm and table"
   [[nodiscard]] std::string describe(const CollisionPair&) const;
@@ -127,51 +127,50 @@ class CollisionModel {
   /// The pairs nearer than `interest` [m] in one configuration, in the order of pairs().
   [[nodiscard]] Result<std::vector<Contact>> near(std::span<const double> q, double interest,
                                                   Progress&) const;
-  /// All pairs, each asked for: samples * pairs() (pair-fastest) for samples * coordinate_count()
-  /// numbers. Pairs farther than `interest` [m] may have distance = interest.
+  /// Exact distances of all pairs: samples * pairs() (pair-fastest) for samples *
+  /// coordinate_count() numbers. Pairs farther than `interest` [m] may have distance = interest.
   [[nodiscard]] Result<std::vector<PairDistance>> distances(std::span<const double> q,
                                                             double interest, Progress&) const;
   /// Pairs that touch in one configuration, in the order of pairs().
   [[nodiscard]] Result<std::vector<CollisionPair>> collisions(std::span<const double> q,
                                                               Progress&) const;
-  /// Any two bodies in one configuration, whether they are checked or not: one answer a pair.
+  /// Distances of given pairs of bodies in one configuration, checked or not: one result per pair.
   [[nodiscard]] Result<std::vector<Contact>> between(std::span<const double> q,
                                                      std::span<const CollisionPair> pairs,
                                                      double interest, Progress&) const;
-  /// Those of any pairs that touch in one configuration.
+  /// The subset of any given pairs that touch in one configuration.
   [[nodiscard]] Result<std::vector<CollisionPair>> touching(std::span<const double> q,
                                                             std::span<const CollisionPair> pairs,
                                                             Progress&) const;
   /// The least distance of each sample, with the first pair that has it; no pairs: infinity and the
   /// pair (-1, -1).
   [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, Progress&) const;
-  /// The same, never above the least distance and at most `tolerance` [m] below it, which takes a
-  /// fraction of the time where meshes are near each other; 0, or an engine that offers no bounds,
-  /// gives the least distance itself. The pair may be any that is within the tolerance of the
-  /// first.
+  /// The same, never above the least distance and at most `tolerance` [m] below it, in a fraction
+  /// of the time if meshes are near each other; 0, or an engine without bounds, gives the least
+  /// distance itself. The pair may be any within the tolerance of the nearest.
   [[nodiscard]] Result<std::vector<Contact>> clearance(std::span<const double> q, double tolerance,
                                                        Progress&) const;
-  /// Whether the engine offers distances within a tolerance.
+  /// True if the engine offers distances within a tolerance.
   [[nodiscard]] bool has_bounds() const { return bounds_ != nullptr; }
-  /// The first time that a pair comes nearer than `tolerance` > 0 [m] while all joints move evenly
-  /// from waypoint to waypoint. Nothing between samples is missed: an interval is free once the
-  /// distances at its ends add up to more than the pair can move against each other meanwhile
-  /// (Schwarzer, Saha, Latombe, IEEE Trans. Robotics 21 (2005) 338), else it is halved.
+  /// The first contact closer than `tolerance` > 0 [m] while all joints move uniformly from
+  /// waypoint to waypoint. Nothing between samples is missed: an interval is free if the distances
+  /// at its ends add up to more than the relative motion of the pair in between (Schwarzer, Saha,
+  /// Latombe, IEEE Trans. Robotics 21 (2005) 338), else it is halved.
   [[nodiscard]] Result<std::optional<PathContact>> check_path(std::span<const double> waypoints,
                                                               double tolerance, Progress&) const;
-  /// Pairs that touch always or never in `samples` random configurations within the joint limits;
-  /// adjacent ones are left out. Equal seeds give equal answers.
+  /// Pairs that touch always or never in `samples` random configurations within the joint limits,
+  /// without adjacent ones. Equal seeds give equal results.
   [[nodiscard]] Result<std::vector<SampledPair>> sample_pairs(std::size_t samples,
                                                               std::uint64_t seed, Progress&) const;
 
-  /// The clearance of one robot, others where the world shows them, and its gradient:
+  /// The clearance of one robot, with the others at their configuration in the world, and its
+  /// gradient:
   ///   influence - |influence - d_k|_4 over the pairs k nearer than `influence` [m],
-  /// which is the distance where it is one pair, at most the least one where it is several, and
-  /// smooth. Not counted,
-  /// since nothing could be done about them, are pairs of the robot's own bodies that are nearer in
-  /// every one of 64 sampled configurations, such as neighbours but one, and pairs with other
-  /// things whose distance stays the same, such as a first link's. The model and `progress`, which
-  /// is heard in every call, outlive the field.
+  /// which is smooth, equals the distance of a single pair, and is at most the least of several.
+  /// Two sorts of pairs are not counted, since no motion can improve them: pairs of the robot's own
+  /// bodies that are nearer in each of 64 sampled configurations, such as links two joints apart,
+  /// and pairs with other bodies at a constant distance, such as a first link's. The model and
+  /// `progress`, which is polled in every call, must outlive the field.
   [[nodiscard]] Result<std::unique_ptr<AskedClearance>> field(std::size_t robot, double influence,
                                                               Progress& progress) const;
 
@@ -183,7 +182,7 @@ class CollisionModel {
   friend class PathChecker;
   friend class SearchCheck;
   struct Builder;
-  /// Where all bodies are at one configuration, and what was nearest before; one a thread.
+  /// Poses of all bodies at one configuration, and the last nearest pair; one per thread.
   struct Sample {
     std::vector<std::vector<Pose>> frames;  ///< of each robot's joints
     std::vector<Pose> poses;                ///< world_T_body
@@ -191,7 +190,7 @@ class CollisionModel {
     CollisionPair nearest{-1, -1};
   };
   [[nodiscard]] Result<void> check(std::span<const double> q) const;
-  [[nodiscard]] Sample sample() const;  ///< with what stands still in its place
+  [[nodiscard]] Sample sample() const;  ///< with the fixed bodies placed
   void place_moving(std::span<const double> q, Sample&) const;
   [[nodiscard]] Result<void> ask(std::span<const Pose> poses, std::span<const CollisionPair> pairs,
                                  double interest, std::span<PairDistance> out, Progress&,
@@ -203,15 +202,15 @@ class CollisionModel {
                                                                Progress&) const;
   [[nodiscard]] Result<Contact> least(Sample&, const PairSet&, double interest, const Progress&,
                                       double tolerance = 0) const;
-  /// What engines that offer bounds say of all pairs without much work.
+  /// A quick estimate of all pairs by engines that offer bounds.
   struct Rough {
     struct Row {
       CollisionPair pair;
-      double least;  ///< it is no nearer than this [m]
+      double least;  ///< lower bound of the distance [m]
     };
-    std::vector<Row> rows;  ///< the nearest first; pairs that are not in it do not count
-    Contact nearest;        ///< of a pair that is so near, or (-1, -1)
-    double most = 0;        ///< that the least distance can be [m]
+    std::vector<Row> rows;  ///< nearest first; pairs not listed do not count
+    Contact nearest;        ///< of a pair with an upper bound, or (-1, -1)
+    double most = 0;        ///< upper bound of the least distance [m]
   };
   [[nodiscard]] Result<double> bound(const Sample&, const CollisionPair&, double tolerance, Rough&,
                                      Progress&) const;
@@ -232,19 +231,19 @@ class CollisionModel {
   std::string provider_;
   bool is_script_ = false;
   std::unique_ptr<CollisionScene> scene_;
-  const CollisionBounds* bounds_ = nullptr;  ///< of the scene; none = it offers none
+  const CollisionBounds* bounds_ = nullptr;  ///< of the scene; null = not offered
   BroadPhase broad_;
   PairSet checked_;
   std::vector<BodyCover> covers_;  ///< of the bodies
 };
 
 /// The recording with a column "clearance": the least distance of the robot's bodies to each other
-/// and to all else [m], negative where convex bodies overlap; and a note when something touches.
+/// and to all other bodies [m], negative where convex bodies overlap; and a note on contact.
 [[nodiscard]] Result<recording::RecordingPtr> with_clearance(const evaluation::Sources&,
                                                              const recording::Recording&,
                                                              Progress&);
 
-/// Configurations of a world from a recording's columns q1.. and where the other robots stand.
+/// Configurations of a world from a recording's columns q1.. and the world's other robots.
 [[nodiscard]] Result<std::vector<double>> configurations(const CollisionModel&,
                                                          const recording::Recording&);
 

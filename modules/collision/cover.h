@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spheres and plain shapes around the pieces of a body, for checks that only have to tell near from
-// far (layer: application, collision).
+// Spheres and simple shapes around the pieces of a body, for checks that only have to separate near
+// from far (layer: application, collision).
 #pragma once
 
 #include <span>
@@ -12,8 +12,8 @@
 
 namespace robomosp::collision {
 
-/// A body twice: as spheres, for when it moves, and as boxes and cylinders, for when it is at rest.
-/// In the body's frame.
+/// Two covers of a body, in its frame: spheres, used when it moves, and boxes and cylinders, used
+/// when it is at rest.
 struct BodyCover {
   std::vector<SearchSphere> spheres;
   bool are_exact = true;  ///< the spheres are the body; else they contain it
@@ -29,7 +29,7 @@ struct BodyCover {
 /// The smallest box along the axes of a piece's frame.
 [[nodiscard]] spatial::Box box_in_piece(const evaluation::ShapePiece&);
 
-/// A sphere around spheres, about the middle of the box around them.
+/// A sphere around spheres, centred in the box around them.
 [[nodiscard]] SearchSphere sphere_around(std::span<const SearchSphere> spheres);
 
 }  // namespace robomosp::collision

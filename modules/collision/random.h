@@ -35,7 +35,7 @@ class Random {
   std::uint64_t state_;
 };
 
-/// Within the limits; one turn or one metre about the middle where there are none.
+/// Uniform within the limits; within one turn or one metre about the middle for unlimited joints.
 inline void random_configuration(const RobotModel& model, Random& random, double* q) {
   for (const JointModel& j : model.joints) {
     if (j.is_coupled()) continue;

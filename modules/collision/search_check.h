@@ -19,40 +19,40 @@
 
 namespace robomosp::collision {
 
-/// What a check of a whole motion found.
+/// Result of a check of a whole motion.
 enum class MotionFound : std::uint8_t {
-  free,     ///< nothing comes as near as the clearance, between samples too
+  free,     ///< nothing comes nearer than the clearance, also between samples
   blocked,  ///< something does
-  unsure,   ///< too close to tell in the steps allowed
+  unsure,   ///< too close to decide in the allowed number of steps
 };
 
-/// One robot of simple joints among everything else, which stays where the model shows it.
-/// Configurations are those of the robot, dof numbers each. Keeps its room between calls: one
-/// thread at a time. The model outlives it.
+/// One robot of simple joints among all other bodies, which stay at their pose in the model.
+/// Configurations are those of the robot, dof numbers each. Keeps its memory between calls: one
+/// thread at a time. The model must outlive it.
 class SearchCheck {
  public:
-  /// `lower`, `upper`: finite bounds of the coordinates that will be asked for [rad or m].
+  /// `lower`, `upper`: finite bounds of all coordinates that will be checked [rad or m].
   SearchCheck(const CollisionModel& model, std::size_t robot, std::span<const double> lower,
               std::span<const double> upper);
   ~SearchCheck();
   SearchCheck(const SearchCheck&) = delete;
   SearchCheck& operator=(const SearchCheck&) = delete;
 
-  /// What was asked for since the start.
+  /// Numbers of checks since construction.
   struct Counts {
     std::size_t configurations = 0;  ///< checked in lanes
     std::size_t distances = 0;       ///< exact distances of pairs of bodies
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
-  /// Whether no pair is nearer than `clearance` [m]: exact.
+  /// True if no pair is nearer than `clearance` [m]; exact.
   [[nodiscard]] Result<bool> is_free(std::span<const double> q, double clearance, Progress&);
-  /// The same of samples of the straight joint motion from a to b, ends included, between which no
-  /// point of the robot moves more than `step` [m].
+  /// The same for samples of the straight joint motion from a to b, ends included; between samples
+  /// no point of the robot moves more than `step` [m].
   [[nodiscard]] Result<bool> seems_free(std::span<const double> a, std::span<const double> b,
                                         double clearance, double step, Progress&);
-  /// Whether the straight joint motions from row to row are free for certain: parts of them whose
-  /// middle has more room than the parts can move by are, others are halved.
+  /// Checks whether the straight joint motions from row to row are certainly free: a part of a
+  /// motion is free if the clearance at its middle exceeds the motion within it, else it is halved.
   [[nodiscard]] Result<MotionFound> check_rows(std::span<const double> rows, double clearance,
                                                Progress&);
 

@@ -34,15 +34,15 @@ class Snapshot {
   ~Snapshot();
   [[nodiscard]] std::uint64_t revision() const;
   [[nodiscard]] std::size_t size() const;         ///< number of records
-  [[nodiscard]] const Record* find(AnyId) const;  ///< nullptr if it is not there
+  [[nodiscard]] const Record* find(AnyId) const;  ///< nullptr if missing
   [[nodiscard]] RecordPtr share(AnyId) const;
   [[nodiscard]] std::optional<AnyId> find(Kind, std::string_view name) const;
   [[nodiscard]] std::vector<AnyId> list(Kind) const;  ///< in order of creation
   [[nodiscard]] std::vector<AnyId> list() const;
-  [[nodiscard]] std::vector<AnyId> referrers(AnyId) const;  ///< who refers to it, ascending
+  [[nodiscard]] std::vector<AnyId> referrers(AnyId) const;  ///< records that refer to it, ascending
   /// Records with expressions that use parameters of worlds, loaded or not; ascending.
   [[nodiscard]] std::vector<AnyId> users_of_worlds() const;
-  /// Parameters of the worlds that are there, for model::resolve(). The snapshot must outlive it.
+  /// Parameters of the existing worlds, for model::resolve(). The snapshot must outlive it.
   [[nodiscard]] model::WorldParameters world_parameters() const;
   /// The content, or nullptr if the id is stale or of another kind.
   template <Kind K>
@@ -61,7 +61,7 @@ class Snapshot {
   struct State;
   struct Reads;
   std::shared_ptr<const State> state_;
-  std::shared_ptr<Reads> reads_;  ///< of a transaction: what was looked at; null = nobody asks
+  std::shared_ptr<Reads> reads_;  ///< reads of a transaction; null = not recorded
 };
 using SnapshotPtr = std::shared_ptr<const Snapshot>;
 
@@ -77,25 +77,25 @@ struct RecordChange {
   RecordPtr before, after;
 };
 
-/// Joins what happened later into `into`, so that each record is there once, from before the first
-/// change to after the last.
+/// Merges later changes into `into`: one entry per record, from before its first change to after
+/// its last.
 void merge_changes(std::vector<RecordChange>& into, std::vector<RecordChange> later);
 
 enum class CommitKind : std::uint8_t {
   edit,  ///< a step, or part of one
-  load,  ///< from the library only: no step
-  save,  ///< records got files, or files their records: no step
+  load,  ///< only loads from the library: no step
+  save,  ///< changes only the links between records and files: no step
   undo,
   redo,
   preview,    ///< an update of a gesture: no step yet
-  kept,       ///< a gesture ended and became a step; what its previews showed stays
-  cancelled,  ///< a gesture ended and what it did was put back
+  kept,       ///< a gesture became a step; the state of its previews remains
+  cancelled,  ///< a gesture was undone by cancelling it
   clear
 };
 [[nodiscard]] std::string_view to_string(CommitKind);
 
-/// What a commit, undo or redo changed: `changed` directly, `affected` = changed and all that
-/// depends on it, in dependency order (a record after what it refers to).
+/// Records changed by a commit, undo or redo: `changed` directly, `affected` = changed and all that
+/// depend on them, in dependency order (a record after those it refers to).
 struct Commit {
   std::uint64_t revision = 0;
   std::string label;
@@ -105,7 +105,7 @@ struct Commit {
   std::vector<RecordChange> records;  ///< of `changed`
 };
 
-/// A step of the history as it is listed.
+/// An entry of the history.
 struct HistoryEntry {
   std::uint64_t number = 0;  ///< never reused
   Author author;
@@ -133,35 +133,35 @@ class Transaction {
     if (!id.ok()) return std::move(id).error();
     return Id<model::kind_of<R>>{id->number};
   }
-  /// Replaces the record by what `change` makes of a copy, its expressions evaluated. Records that
-  /// use parameters of a world follow when these change or the world is renamed; removing a
-  /// parameter that is used is refused.
+  /// Replaces the record by the result of `change` on a copy, with its expressions evaluated.
+  /// Records that use parameters of a world are updated when these change or the world is renamed;
+  /// removing a parameter in use is refused.
   Result<void> edit(AnyId, const std::function<Result<void>(Record&)>& change);
-  /// Removes; refused, naming them, while others refer to it or use its parameters.
+  /// Removes a record; refused, with their names, while others refer to it or use its parameters.
   Result<void> remove(AnyId);
-  /// Lets it work on an earlier snapshot of the document; before the first edit.
+  /// Bases the transaction on an earlier snapshot of the document; before the first edit.
   void base_on(const SnapshotPtr& snapshot);
   /// The records as they would be after commit.
   [[nodiscard]] const Snapshot& now() const;
   /// The records as they were when it began.
   [[nodiscard]] Snapshot before() const;
-  /// The records that were added, edited or removed, each once, in order of the first time.
+  /// Records added, edited or removed, each once, in order of the first edit.
   [[nodiscard]] const std::vector<AnyId>& touched() const;
   /// A name like `wanted` that its kind does not have yet: "bolt", "bolt_2", ...
   [[nodiscard]] std::string free_name(Kind, std::string_view wanted) const;
 
-  /// Records added while this is on are no part of the step: undoing it leaves them. For what is
-  /// loaded from the library. Returns what it was.
+  /// While set, added records are not part of the step: undoing it keeps them. For records loaded
+  /// from the library. Returns the previous value.
   bool set_outside_history(bool on);
 
-  /// Checks that references exist and are of the right kind, that names are unique and that there
-  /// is no cycle (the message names its path), then publishes under the application lock. A commit
-  /// without changes leaves no undo step. Where the document has changed meanwhile, the edits are
-  /// made again on what it is now, if all that this transaction looked at is as it was; else it is
-  /// an error that says what changed. On an error the document is as before. `progress`, if any, is
-  /// asked until it publishes whether to stop (ErrorCode::cancelled).
+  /// Checks that references exist and have the right kind, that names are unique and that the graph
+  /// has no cycle (the message gives its path), then publishes under the application lock. A commit
+  /// without changes leaves no undo step. If the document has changed meanwhile, the edits are
+  /// repeated on its current state, provided that everything this transaction read is unchanged;
+  /// otherwise the error names the changes. On an error the document is unchanged. `progress`, if
+  /// any, is polled for cancellation until publication (ErrorCode::cancelled).
   Result<Commit> commit(const Progress* progress = nullptr);
-  /// Whether commit() was refused because of what others changed meanwhile.
+  /// True if commit() was refused because other sessions changed records it had read.
   [[nodiscard]] bool is_overtaken() const;
 
  private:
@@ -173,31 +173,33 @@ class Transaction {
   std::unique_ptr<Work> work_;
 };
 
-/// The records and their history, guarded by the application lock, which all that changes or asks
-/// the history takes for itself. What edits needs the permit of Effect::edits. [any thread]
+/// The records and their history, guarded by the application lock, which every function that
+/// changes or reads the history acquires itself. Edits need the permit of Effect::edits. [any
+/// thread]
 ///
-/// Undo is per session: a step can be undone while the records that it changed are as it left
-/// them, whatever else happened since; otherwise the refusal names who changed what.
+/// Undo is per session: a step can be undone while its records are as it left them, whatever
+/// happened since to others; otherwise the refusal names who changed what.
 ///
-/// A gesture (dragging, a slider) is any number of commits that everybody sees at once and that
-/// become one step in the end, or nothing. While it is open no other session changes its records,
-/// nor anything that would keep it from being cancelled.
+/// A gesture (dragging, a slider) is any number of commits that all sessions see at once and that
+/// finally become one step, or nothing. While it is open, no other session may change its records,
+/// or make any change that would prevent cancelling it.
 class Document {
  public:
-  /// `lock` outlives it; none = one of its own.
+  /// `lock` must outlive it; none = a separate one.
   explicit Document(std::size_t history_bytes = std::size_t{256} << 20, AppLock* lock = nullptr);
   ~Document();
   Document(const Document&) = delete;
   Document& operator=(const Document&) = delete;
 
   [[nodiscard]] SnapshotPtr now() const;
-  /// A transaction; commits of a session with the same non-empty `series` in a row share one step.
+  /// A transaction; consecutive commits of a session with the same non-empty `series` share one
+  /// step.
   [[nodiscard]] Result<Transaction> begin(std::string label, std::string series = {});
   [[nodiscard]] Result<Transaction> begin(std::string label, Author author,
                                           std::string series = {});
 
-  /// Takes back the newest step of a session, or of anybody when none is given; or the step of that
-  /// number. An error when there is none, or when a record is not as the step left it.
+  /// Undoes the newest step of a session, or of any session if none is given; or the step with that
+  /// number. An error if there is none, or if a record is not as the step left it.
   Result<Commit> undo(std::optional<std::uint64_t> session = {}, std::uint64_t step = 0);
   Result<Commit> redo(std::optional<std::uint64_t> session = {}, std::uint64_t step = 0);
   [[nodiscard]] std::vector<std::string> undo_labels(
@@ -206,19 +208,20 @@ class Document {
       std::optional<std::uint64_t> session = {}) const;     ///< next redo first
   [[nodiscard]] std::vector<HistoryEntry> history() const;  ///< oldest first
   [[nodiscard]] std::size_t history_budget() const;         ///< [bytes]
-  [[nodiscard]] std::size_t history_bytes() const;          ///< kept by the history alone, about
-  [[nodiscard]] std::uint64_t forgotten_steps() const;      ///< to stay within the budget
-  Result<void> set_history_budget(std::size_t bytes);       ///< forgets the oldest steps beyond
+  [[nodiscard]] std::size_t history_bytes() const;          ///< held only by the history,
+                                                            ///< approximate
+  [[nodiscard]] std::uint64_t forgotten_steps() const;      ///< dropped to stay within the budget
+  Result<void> set_history_budget(std::size_t bytes);       ///< drops the oldest steps beyond it
 
   /// Opens a gesture of a session, which may have one at a time; returns its number.
   Result<std::uint64_t> begin_gesture(std::string label, Author author);
-  /// A transaction whose commit is a preview of the gesture.
+  /// A transaction that commits as a preview of the gesture.
   [[nodiscard]] Result<Transaction> begin_update(std::uint64_t gesture);
-  /// Makes one step of the gesture; no step when it changed nothing.
+  /// Makes the gesture one step; none if it changed nothing.
   Result<Commit> commit_gesture(std::uint64_t gesture);
-  /// Puts back what it did; undo and redo are as before it.
+  /// Reverts the gesture; undo and redo are as before it.
   Result<Commit> cancel_gesture(std::uint64_t gesture);
-  /// The gestures that are open: number and whose.
+  /// The open gestures: number and author.
   [[nodiscard]] std::vector<std::pair<std::uint64_t, Author>> gestures() const;
   /// Forgets all records, the history and open gestures. Cannot be undone.
   void clear(Author author = {});
@@ -235,9 +238,10 @@ class Document {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What Document::content_digest() is, of any snapshot.
+/// Document::content_digest() for any snapshot.
 [[nodiscard]] std::string content_digest(const Snapshot&);
-/// `changed` and all that depends on it, each after what it refers to; what is gone comes first.
+/// `changed` and all records that depend on them, each after those it refers to; removed ones
+/// first.
 [[nodiscard]] std::vector<AnyId> affected_order(const Snapshot& s,
                                                 const std::vector<AnyId>& changed);
 

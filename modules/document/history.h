@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// History: the steps that sessions made, each with the records before and after, bounded by memory
+// History: the steps made by sessions, each with the records before and after, bounded by memory
 // (layer: application). Internal to modules/document.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace robomosp::document {
 
-/// What somebody did; shared by the step and by the records that it changed.
+/// A step's author and label; shared by the step and the records it changed.
 struct Deed {
   Author author;
   std::string label;
@@ -27,10 +27,10 @@ struct Deed {
 struct Step {
   std::uint64_t number = 0;  ///< never reused
   std::shared_ptr<const Deed> deed;
-  std::string series;                 ///< what later commits of its kind call theirs, to join it
+  std::string series;                 ///< later commits with the same series join it
   std::vector<RecordChange> changes;  ///< in order of first touch
-  std::uint64_t undone = 0;           ///< 0 = done; else counts up with every undo
-  std::size_t bytes = 0;              ///< that only the history keeps alive
+  std::uint64_t undone = 0;           ///< 0 = done; else incremented by every undo
+  std::size_t bytes = 0;              ///< held only by the history
 };
 
 /// [application]
@@ -38,18 +38,18 @@ class History {
  public:
   explicit History(std::size_t budget) : budget_(budget) {}
 
-  /// Adds a step, or joins it with the newest one when that is of the same session and series. What
-  /// the session had undone cannot be redone any more.
+  /// Adds a step, or joins it to the newest one of the same session and series. Steps that the
+  /// session had undone can no longer be redone.
   void add(std::shared_ptr<const Deed> deed, std::string series, std::vector<RecordChange> changes);
-  /// The step that undo or redo takes next; without a session of anybody. nullptr = none.
+  /// The step for the next undo or redo; without a session, of any. nullptr = none.
   [[nodiscard]] Step* next_undo(std::optional<std::uint64_t> session);
   [[nodiscard]] Step* next_redo(std::optional<std::uint64_t> session);
   [[nodiscard]] Step* find(std::uint64_t number);
-  /// Notes that a step was undone or redone; what follows it is a step of its own.
+  /// Marks a step as undone or redone; the next commit is a separate step.
   void mark(Step& step, bool undone);
-  /// Ends all series: the next commit is a step of its own.
+  /// Ends all series: the next commit is a separate step.
   void end_series();
-  std::deque<Step> clear();  ///< gives what there was
+  std::deque<Step> clear();  ///< returns the steps
 
   void set_budget(std::size_t bytes);
   [[nodiscard]] std::size_t budget() const { return budget_; }
@@ -59,7 +59,7 @@ class History {
   [[nodiscard]] const std::deque<Step>& steps() const { return steps_; }  ///< oldest first
 
  private:
-  /// The steps of a session by number, so that none is looked for among all.
+  /// The steps of a session by number, so that none is searched for among all.
   struct Own {
     std::set<std::uint64_t> done;
     std::map<std::uint64_t, std::uint64_t> undone;  ///< by Step::undone

@@ -21,13 +21,13 @@
 
 namespace robomosp::document {
 
-/// The index of one version of a world, once it was asked for.
+/// The index of one version of a world, built on first use.
 struct WorldNames {
   RecordPtr record;
   std::once_flag once;
   std::optional<WorldIndex> index;
 };
-/// Null where there is no world of that id.
+/// Null if no world has that id.
 [[nodiscard]] inline std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id);
 /// As changed_records() of changed.h.
 [[nodiscard]] inline std::vector<AnyId> differing(const Snapshot& before, const Snapshot& after);
@@ -53,8 +53,8 @@ struct Snapshot::State {
 
   std::uint64_t revision = 0;
   std::size_t count = 0;
-  std::vector<std::shared_ptr<Chunk>> chunks;     ///< id n stands in chunk n / kChunk
-  std::vector<std::shared_ptr<NameTable>> names;  ///< by kind, as many as there are records of
+  std::vector<std::shared_ptr<Chunk>> chunks;           ///< id n is in chunk n / kChunk
+  std::vector<std::shared_ptr<NameTable>> names;        ///< by kind, sized by the number of records
   std::shared_ptr<std::vector<AnyId>> users_of_worlds;  ///< ascending; null = none
 
   [[nodiscard]] static constexpr std::uint32_t bit(Kind kind) {
@@ -66,7 +66,7 @@ struct Snapshot::State {
   [[nodiscard]] std::optional<AnyId> find(Kind kind, std::string_view name) const;
 
   friend std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id) {
-    (void)snapshot.find(id);  // so that it counts as looked at
+    (void)snapshot.find(id);  // so that it counts as read
     return of(snapshot).find(id) ? of(snapshot).slot(id.number)->names : nullptr;
   }
   friend std::vector<AnyId> differing(const Snapshot& before, const Snapshot& after) {
@@ -75,14 +75,14 @@ struct Snapshot::State {
   static const State& of(const Snapshot& snapshot) { return *snapshot.state_; }
   static std::vector<AnyId> differing_records(const State& before, const State& after);
 
-  /// Puts a record in (or with null takes it out) and keeps names and reverse references.
+  /// Inserts a record (null removes it) and updates names and reverse references.
   void put(AnyId id, RecordPtr record);
-  /// Notes the references of these records again, for when some were put in before what they refer
+  /// Updates the references of these records again, for records inserted before those they refer
   /// to.
   void relink(const std::vector<AnyId>& ids);
-  /// Whether a record refers to another one; of one that is not there, false.
+  /// True if a record refers to another one; false for a missing record.
   [[nodiscard]] bool refers(AnyId from, AnyId to) const;
-  /// Who refers to a record that is not there; ascending.
+  /// Records that refer to a missing one; ascending.
   [[nodiscard]] std::vector<AnyId> dangling(AnyId id) const;
 
  private:
@@ -92,8 +92,8 @@ struct Snapshot::State {
   void note_use_of_worlds(AnyId id, bool was, bool is);
 };
 
-/// What somebody looked at through a snapshot: enough to say later whether it would see the same.
-/// [any thread]
+/// The reads made through a snapshot: enough to decide later whether they would see the same. [any
+/// thread]
 struct Snapshot::Reads {
   void record(AnyId id);
   void name(Kind kind, std::string_view name);
@@ -103,9 +103,9 @@ struct Snapshot::Reads {
   void join(const Reads& more);
   struct Difference {
     std::string what;  ///< `robot "pa10" was changed`
-    AnyId id;          ///< of that record; number 0 where it is not one record
+    AnyId id;          ///< the record; number 0 if it is not a single record
   };
-  /// The first thing that looks different in the two states; nullopt = all is the same.
+  /// The first read with a different result in the two states; nullopt if there is none.
   [[nodiscard]] std::optional<Difference> difference(const State& before, const State& now) const;
   static constexpr std::uint32_t kAllLists = ~std::uint32_t{0};
 

@@ -14,7 +14,7 @@
 
 namespace robomosp::document {
 
-/// The lists of a world whose members have names.
+/// The lists of a world with named members.
 enum class MemberList : std::uint8_t {
   objects,
   robots,
@@ -27,19 +27,19 @@ enum class MemberList : std::uint8_t {
 };
 inline constexpr std::size_t kMemberLists = 8;
 
-/// Where in its lists a world keeps what has a name. Immutable; the world must outlive it.
+/// Positions of a world's named members in its lists. Immutable; the world must outlive it.
 class WorldIndex {
  public:
   explicit WorldIndex(const model::World& world);
-  /// Place in the list, or nothing.
+  /// Index in the list, or nothing.
   [[nodiscard]] std::optional<std::size_t> find(MemberList list, std::string_view name) const;
 
  private:
   std::array<std::unordered_map<std::string_view, std::size_t>, kMemberLists> at_;
 };
 
-/// The index of a world of a snapshot, built at the first question and kept as long as this version
-/// of the world; null when the world no longer exists. It keeps the world alive.
+/// The index of a world of a snapshot, built on first use and kept as long as this version of the
+/// world; null if the world no longer exists. It keeps the world alive.
 [[nodiscard]] std::shared_ptr<const WorldIndex> world_index(const Snapshot&, WorldId);
 
 }  // namespace robomosp::document

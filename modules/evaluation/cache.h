@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cache of derived values by fingerprint, least recently used first out, with a byte budget; a
-// value that several threads want at once is computed by one of them (layer: application). Internal
-// to modules/evaluation. [any thread]
+// Cache of derived values by fingerprint, least recently used first out, with a byte budget; if
+// several threads request the same value, one of them computes it (layer: application). Internal to
+// modules/evaluation. [any thread]
 #pragma once
 
 #include <array>
@@ -27,11 +27,11 @@ class Cache {
  public:
   explicit Cache(std::size_t budget_bytes) : budget_(budget_bytes) {}
 
-  /// The value of `key`, else what `make` computes: Result<T>. Makes are run without a lock. Of
-  /// threads that ask for a key at the same time one makes the value and the others wait for it,
-  /// each until its own `progress` is cancelled; when the one that makes it is cancelled or throws,
-  /// one of those that wait begins anew. `bytes` estimates the size of a value. Failures are kept
-  /// under `failure_key`, cancellation is not kept. The fingerprint's domain ("mesh/1") must tell
+  /// Returns the value of `key`, or computes it by `make`: Result<T>, called without a lock. If
+  /// several threads request a key at once, one computes the value and the others wait, each until
+  /// its own `progress` is cancelled; if the computing one is cancelled or throws, one of the
+  /// waiting threads starts over. `bytes` estimates the size of a value. Failures are kept under
+  /// `failure_key`; cancellations are not kept. The fingerprint's domain ("mesh/1") must identify
   /// the type T.
   template <class T, class Make, class Bytes>
   Result<std::shared_ptr<const T>> get(const Fingerprint& key, const Fingerprint& failure_key,
@@ -66,9 +66,9 @@ class Cache {
     }
   }
 
-  /// Whether a value or failure is kept under either key; counts as no look-up.
+  /// True if a value or failure is kept under either key; not counted as a look-up.
   [[nodiscard]] bool holds(const Fingerprint& key, const Fingerprint& failure_key) const;
-  /// The key of what was last made of a record under `gravity`, for as long as it is remembered.
+  /// The key last computed for a record under `gravity`, while it is remembered.
   [[nodiscard]] std::optional<Fingerprint> key_of(const document::RecordPtr& record,
                                                   const Vec3& gravity) const;
   void keep_key(const document::RecordPtr& record, const Vec3& gravity, const Fingerprint& key);
@@ -87,20 +87,20 @@ class Cache {
     Value value;
     std::size_t bytes = 0;
   };
-  /// A value that is being made.
+  /// A value being computed.
   struct Flight {
     std::thread::id maker;
     std::size_t waiting = 0;       // guarded by mutex_, as is all below
-    bool has_landed = false;       ///< nobody makes it any more
-    std::optional<Value> outcome;  ///< none = who made it was cancelled or threw
+    bool has_landed = false;       ///< no thread computes it any more
+    std::optional<Value> outcome;  ///< empty = the computing thread was cancelled or threw
   };
-  /// What one who asks for a value does: takes what was found, waits for the other's, or makes it
-  /// (`own`; null = for itself alone).
+  /// What a requesting thread does: use the cached value, wait for another thread's, or compute it
+  /// (`own`; null = without sharing).
   struct Turn {
     std::optional<Value> found;
     std::shared_ptr<Flight> other, own;
   };
-  /// Ends a flight, whatever happens to who made it.
+  /// Ends a flight in all cases, also if the computing thread fails.
   class Landing {
    public:
     Landing(Cache& cache, const Fingerprint& key, std::shared_ptr<Flight> flight);
@@ -116,10 +116,10 @@ class Cache {
     std::optional<Value> outcome_;
   };
   [[nodiscard]] Turn begin(const Fingerprint& key, const Fingerprint& failure_key);
-  /// What came of a flight, none = its value is still to be made; an error when the asker is
-  /// cancelled first.
+  /// Waits for the outcome of a flight; empty = the value must still be computed; an error if the
+  /// waiting thread is cancelled first.
   [[nodiscard]] Result<std::optional<Value>> wait(Flight& flight, const Progress& progress);
-  /// Keeps and returns the value, or returns the one that was kept first.
+  /// Stores and returns the value, or returns the one stored first.
   std::shared_ptr<const void> keep(const Fingerprint& key, Value value, std::size_t bytes);
 
   /// Records never change but are replaced, and these are kept alive: an equal address means equal

@@ -22,14 +22,14 @@ using Expand = std::function<Result<std::shared_ptr<const CsgTree>>(const model:
 /// Parents first, parent_T_node everywhere, no custom nodes. Errors name the node.
 [[nodiscard]] Result<CsgTree> tree_of(const model::Solid& solid, const Expand& expand);
 
-/// Builds a custom node's tree by its provider, parameters checked by the provider's table, and
-/// checks what comes back.
+/// Builds a custom node's tree by its provider, after checking the parameters against the
+/// provider's table, and checks the result.
 [[nodiscard]] Result<CsgTree> built_primitive(const Registry& registry,
                                               const ProviderInfo& provider,
                                               const model::ProviderChoice& choice,
                                               Progress& progress);
 
-/// The nodes below and with `top`, whose own placement is left out, and solid_T_top.
+/// `top` and the nodes below, without the placement of `top`, and solid_T_top.
 struct Branch {
   CsgTree tree;
   Pose placement;
@@ -38,7 +38,7 @@ struct Branch {
 /// Indices of the children of a node, in order.
 [[nodiscard]] std::vector<std::size_t> children_of(const CsgTree& tree, std::size_t node);
 
-/// Feeds all that matters for the solid; not names.
+/// Feeds everything that affects the solid; not names.
 void feed(Fingerprinter& fp, const CsgTree& tree);
 void feed(Fingerprinter& fp, const Pose& pose);
 

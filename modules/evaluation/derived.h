@@ -27,10 +27,10 @@
 
 namespace robomosp::evaluation {
 
-/// Mass of a solid or object in its own frame. A measured mass, of itself or of a part, counts
-/// instead of the computed one. Where an object's policy is Overlap::once, all that
-/// is inside it, also in nested objects, is counted once, for the part listed first; parts
-/// without material come last, so that they take no mass from others.
+/// Mass of a solid or object in its own frame. A measured mass, of the whole or of a part, replaces
+/// the computed one. With the policy Overlap::once, overlaps within an object, also in nested
+/// objects, are counted once, for the part listed first; parts without material come last, so that
+/// they take no mass from others.
 struct BodyMass {
   MassProperties mass;  ///< zero mass when no part has a material
   double volume = 0;    ///< counted once where parts overlap (Overlap::once) [m^3]
@@ -38,15 +38,15 @@ struct BodyMass {
   double overlap = 0;   ///< volume that was counted once though parts share it [m^3]
   bool exact = true;
   double relative_error = 0;  ///< bound for mass and volume, when not exact
-  /// What was computed, where `mass` is a measured one.
+  /// The computed mass, if `mass` is a measured one.
   std::optional<MassProperties> computed = std::nullopt;
-  std::string measured_source;     ///< how and by whom it was measured; "" = it was not
+  std::string measured_source;     ///< how and by whom it was measured; "" = not measured
   std::vector<std::string> notes;  ///< such as: solid "cover" has no material, so it has no mass
 };
 
-/// What one solid of an object adds to its mass, in the object's frame.
+/// Contribution of one solid of an object to its mass, in the object's frame.
 struct PartMass {
-  std::string name;  ///< "gripper.finger"; the solid's own name when it stands alone
+  std::string name;  ///< "gripper.finger"; the solid's name if it is not part of an object
   SolidId solid;
   MaterialId material;  ///< may be none
   double density = 0;   ///< [kg/m^3]
@@ -54,7 +54,7 @@ struct PartMass {
   MassProperties mass;  ///< of the counted volume
 };
 
-/// A mesh at a place with its look.
+/// A placed mesh with its appearance.
 struct Drawable {
   std::string name;
   std::shared_ptr<const Mesh> mesh;
@@ -63,53 +63,53 @@ struct Drawable {
   double shininess = 0.3, metalness = 0;
   std::optional<Colour> ambient = std::nullopt;   ///< colour in the shade; none = the colour
   std::optional<Colour> specular = std::nullopt;  ///< colour of highlights; none = by metalness
-  Colour emission{0, 0, 0, 1};                    ///< light of its own
-  /// The solid could not be made: this is one of the operands of the operation that failed.
+  Colour emission{0, 0, 0, 1};                    ///< emitted light
+  /// The solid could not be built: this is one of the operands of the failed operation.
   bool is_operand = false;
-  std::string failure = {};  ///< of an operand: the sentence that says what failed
+  std::string failure = {};  ///< of an operand: error message of the operation
 };
 
-/// An imported mesh of a solid that bounds no clean solid.
+/// An imported mesh in a solid that does not bound a clean solid.
 struct MeshState {
   std::string node;   ///< name of the node that holds it
-  Error why;          ///< as operations on it are refused
-  bool alone = true;  ///< it is all of its solid, which is drawn, collides and weighs as it is
-  std::string note;   ///< what its mass comes from; "" unless it is alone
+  Error why;          ///< the error of operations on it
+  bool alone = true;  ///< it is the whole solid, which is drawn, collides and weighs as it is
+  std::string note;   ///< source of its mass; "" unless it is alone
   spatial::SurfaceMoments surface;        ///< faults in the solid's frame
   std::vector<spatial::SurfaceCut> cuts;  ///< places in the solid's frame; the first ones
 };
 
-/// What to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base), then
-/// one list a link, in the link's frame; an invisible link has an empty list. The bodies of
-/// attached tools stand behind those of the link that they are on, visible or not. `is_generated`
-/// says of each whether it is made from the rows (robotics::generated_bodies), `generated` that all
-/// are, since no part is designed.
+/// Bodies to draw for a robot: [0] = base, in the base frame (mounting frame times Robot::base),
+/// then one list per link, in the link's frame; an invisible link has an empty list. The bodies of
+/// attached tools follow those of their link, whether it is visible or not. `is_generated` marks
+/// lists made from the rows (robotics::generated_bodies); `generated` is true if all are, since no
+/// part is designed.
 struct RobotBodies {
   std::vector<std::vector<Drawable>> bodies;
   std::vector<bool> is_generated;
-  std::vector<std::size_t> tools_from;  ///< where in each list the attached tools begin
+  std::vector<std::size_t> tools_from;  ///< index in each list where the attached tools begin
   bool generated = false;
 };
 
-/// How often derived values were found or made.
+/// Numbers of derived values found and computed.
 struct CacheStats {
   std::uint64_t hits = 0, misses = 0;
   std::size_t entries = 0, bytes = 0;
 };
 
-/// Computes on demand through providers and remembers. Solids are made by the default CSG engine,
-/// those that hold an imported mesh by one with the tag "mesh"; that one also helps out where the
-/// default engine's result failed its check, with a note that it is an approximation. Failures are
-/// remembered too (except cancellation). What several threads ask for at the same time is computed
-/// once, by the first of them; the others wait for it, each until it is cancelled. Inputs that do
-/// not matter for a value are not part of its key: a colour edit meshes nothing. [any thread]
+/// Computes values on demand by providers and caches them. Solids are built by the default CSG
+/// engine, those with an imported mesh by one with the tag "mesh", which also replaces the default
+/// engine if its result failed its check, with a note that the result is an approximation. Failures
+/// are cached too (except cancellation). A value requested by several threads at once is computed
+/// by the first; the others wait, each until it is cancelled. Inputs that do not affect a value are
+/// not part of its key: editing a colour meshes nothing. [any thread]
 class Derived {
  public:
   explicit Derived(const Registry& registry, std::size_t budget_bytes = std::size_t{1} << 30);
   ~Derived();
 
-  /// Keeps what engines make of solids in files from run to run; null = not at all. Before anything
-  /// is asked for.
+  /// Keeps the engines' results for solids in files between runs; null = not. Call it before any
+  /// request.
   void keep_in(std::shared_ptr<FileCache>);
   [[nodiscard]] const std::shared_ptr<FileCache>& files() const;
 
@@ -117,12 +117,12 @@ class Derived {
   /// `chord`: greatest distance from the exact surface [m]; 0 = the solid's own.
   Result<std::shared_ptr<const Mesh>> mesh(const document::Snapshot&, SolidId, double chord,
                                            Progress&);
-  /// Why its mesh is an approximation by another engine than the one that suits it; "" = it is not.
+  /// Why its mesh is an approximation by a substitute engine; "" = it is not.
   Result<std::string> stand_in(const document::Snapshot&, SolidId, double chord, Progress&);
   Result<Moments> moments(const document::Snapshot&, SolidId, Progress&);
   Result<BodyMass> mass(const document::Snapshot&, AnyId solid_or_object, Progress&);
-  /// Mass of the parts of a robot's link or base, in its frame, as of an object that counts
-  /// overlaps once; only parts that are objects with Overlap::sum keep to themselves.
+  /// Mass of the parts of a robot's link or base, in its frame, with overlaps counted once as in an
+  /// object; only parts that are objects with Overlap::sum are counted separately.
   Result<BodyMass> mass(const document::Snapshot&, std::span<const model::BodyPart>, Progress&);
   /// The solids that make up the computed mass, in order of listing; they add up to it.
   Result<std::vector<PartMass>> part_masses(const document::Snapshot&, AnyId solid_or_object,
@@ -133,39 +133,39 @@ class Derived {
   /// The edges of a solid as curves, with places within `chord` [m] of them.
   Result<std::shared_ptr<const std::vector<CsgEdge>>> edges(const document::Snapshot&, SolidId,
                                                             double chord, Progress&);
-  /// Axis-aligned box {min, max} that holds a solid or object, in its frame [m]; turned parts count
-  /// with the box of their own box.
+  /// Axis-aligned box {min, max} around a solid or object, in its frame [m]; for rotated parts, the
+  /// box around their rotated box.
   Result<std::array<Vec3, 2>> bounds(const document::Snapshot&, AnyId solid_or_object, Progress&);
-  /// Of a solid that cannot be made, the operands of the operation that failed; an error only when
-  /// there is nothing at all to draw.
+  /// For a solid that cannot be built, the operands of the failed operation; an error only if there
+  /// is nothing to draw.
   Result<std::vector<Drawable>> drawables(const document::Snapshot&, AnyId solid_or_object,
                                           Progress&);
 
-  /// What the plane z = 0 of `plane` (solid_T_plane) cuts out of the solid; curves that are neither
-  /// lines nor arcs are within `chord` [m].
+  /// The section of the solid in the plane z = 0 of `plane` (solid_T_plane); curves other than
+  /// lines and arcs are within `chord` [m].
   Result<std::shared_ptr<const CsgProfile>> section(const document::Snapshot&, SolidId,
                                                     const Pose& plane, double chord, Progress&);
   /// The solid as an `imported` node holds it, in its frame, with its digest.
   Result<std::shared_ptr<const CsgGeometry>> geometry(const document::Snapshot&, SolidId,
                                                       Progress&);
 
-  /// The imported meshes in a solid that are no clean solids; with `places`, `surface` and `cuts`
-  /// are there. An error only for a solid that is not there or when cancelled.
+  /// The imported meshes in a solid that are not clean solids; `places` also fills `surface` and
+  /// `cuts`. An error only for a missing solid or on cancellation.
   Result<std::vector<MeshState>> mesh_states(const document::Snapshot&, SolidId, bool places,
                                              Progress&);
 
-  /// Makes and meshes all solids of these solids and objects that are not known yet, several at
-  /// once; those that fail are left for whoever asks for them. Fails only when cancelled.
+  /// Builds and meshes all solids of these solids and objects that are not cached yet, several at
+  /// once; failures are reported when the value is requested. Fails only if cancelled.
   Result<void> prepare(const document::Snapshot&, std::span<const AnyId> solids_and_objects,
                        Progress&);
 
-  /// The mechanism with masses by its mass_source (parts of one link add up); gravity is given in
-  /// the mounting frame.
+  /// The mechanism with masses by its mass_source (parts of one link add up); gravity is expressed
+  /// in the mounting frame.
   Result<std::shared_ptr<const RobotModel>> robot_model(const document::Snapshot&, RobotId,
                                                         Vec3 gravity, Progress&);
-  /// What of a robot does not move, as one body in the mounting frame: its base (the designed parts
-  /// where these count, else the published mass), links fixed to it and payloads there; none =
-  /// nothing of it has a known mass.
+  /// The immobile parts of a robot as one body in the mounting frame: its base (the designed parts
+  /// where these count, else the published mass), links fixed to it and payloads there; empty =
+  /// none of them has a known mass.
   Result<std::optional<MassProperties>> standing_mass(const document::Snapshot&, RobotId,
                                                       Progress&);
   Result<RobotBodies> robot_bodies(const document::Snapshot&, RobotId, Progress&);
@@ -173,14 +173,14 @@ class Derived {
   /// The shapes of a solid or object for collision and contact, in its frame.
   Result<std::shared_ptr<const std::vector<ShapePiece>>> shapes(const document::Snapshot&,
                                                                 AnyId solid_or_object, Progress&);
-  /// The same of a robot: [0] = base, in the base frame, then one list a link, in the link's frame;
-  /// generated ones where robotics::generated_bodies says so, and behind them the attached tools.
+  /// The same for a robot: [0] = base, in the base frame, then one list per link, in the link's
+  /// frame; generated ones as robotics::generated_bodies selects, followed by the attached tools.
   Result<std::vector<std::vector<ShapePiece>>> robot_shapes(const document::Snapshot&, RobotId,
                                                             Progress&);
 
   [[nodiscard]] CacheStats stats() const;
   void clear();
-  void set_enabled(bool);  ///< off = everything is computed anew (results must be equal)
+  void set_enabled(bool);  ///< off = everything is recomputed (results must be equal)
 
  private:
   struct Impl;

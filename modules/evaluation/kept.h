@@ -15,13 +15,13 @@
 
 namespace robomosp::evaluation {
 
-/// What is asked of a solid without its engine.
+/// Facts about a solid that need no engine.
 struct SolidFacts {
   std::array<Vec3, 2> bounds{};
   std::vector<std::string> notes;
 };
 
-/// The value as bytes: equal values, equal bytes, and back again every bit is the same.
+/// The value as bytes: equal values give equal bytes, and reading restores every bit.
 [[nodiscard]] std::string to_bytes(const SolidFacts&);
 [[nodiscard]] std::string to_bytes(const Mesh&);
 [[nodiscard]] std::string to_bytes(const Moments&);
@@ -30,8 +30,8 @@ struct SolidFacts {
 /// Pieces that share a mesh share it afterwards.
 [[nodiscard]] std::string to_bytes(const std::vector<ShapePiece>&);
 
-/// False where the bytes are no such value: they end early or go on, numbers are not finite,
-/// triangles name vertices that there are not.
+/// False if the bytes are not such a value: too short or too long, numbers not finite, or vertex
+/// indices of triangles out of range.
 [[nodiscard]] bool from_bytes(std::string_view, SolidFacts&);
 [[nodiscard]] bool from_bytes(std::string_view, Mesh&);
 [[nodiscard]] bool from_bytes(std::string_view, Moments&);

@@ -20,35 +20,35 @@ struct Leaf {
   SolidId solid;
   Pose placement;         ///< outermost_T_solid
   MaterialId material;    ///< resolved; may be none
-  std::string name;       ///< "gripper.finger"; a solid's own name when it stands alone
-  std::size_t group = 0;  ///< leaves of one group share an object whose overlaps count once
-  /// The measured part its mass is in, by number.
+  std::string name;       ///< "gripper.finger"; a solid's name if it is not part of an object
+  std::size_t group = 0;  ///< leaves of one group share an object that counts overlaps once
+  /// Index of the measured part that includes its mass.
   std::optional<std::size_t> measured = std::nullopt;
 };
 
-/// A solid or object in an object whose mass was measured.
+/// A solid or object with a measured mass, within an object.
 struct MeasuredPart {
   AnyId what;
   Pose placement;  ///< outermost_T_part
   model::MeasuredMass measured;
 };
 
-/// The measured mass of a solid or object; null of other records.
+/// The measured mass of a solid or object; empty for other records.
 [[nodiscard]] const std::optional<model::MeasuredMass>* measured_of(const model::Record& record);
 
-/// All solids of a solid or object in order of listing. The outermost material given wins, and the
-/// outermost measured mass below `id`; those go to `measured`.
+/// All solids of a solid or object in order of listing. The outermost material wins, and the
+/// outermost measured mass below `id`; measured parts are added to `measured`.
 [[nodiscard]] Result<std::vector<Leaf>> leaves_of(const document::Snapshot&, AnyId id,
                                                   std::vector<MeasuredPart>& measured);
 [[nodiscard]] Result<std::vector<Leaf>> leaves_of(const document::Snapshot&, AnyId id);
 
-/// The same of parts that are on a robot's body, in its frame: those of one group but for objects
-/// with Overlap::sum.
+/// The same for the parts on a robot's body, in its frame: they form one group, except objects with
+/// Overlap::sum.
 [[nodiscard]] Result<std::vector<Leaf>> leaves_of(const document::Snapshot&,
                                                   std::span<const model::BodyPart>,
                                                   std::vector<MeasuredPart>& measured);
 
-/// That a record that was named does not exist.
+/// The error that a named record does not exist.
 [[nodiscard]] Error stale(const document::Snapshot&, AnyId id);
 
 }  // namespace robomosp::evaluation

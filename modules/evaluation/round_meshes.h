@@ -18,22 +18,21 @@ namespace robomosp::evaluation {
 [[nodiscard]] std::vector<std::array<double, 2>> turned_profile(std::span<const Vec3> points,
                                                                 const Pose& frame);
 
-/// What a mesh is from outside.
+/// The outside of a mesh.
 struct MeshRoundness {
   /// The surface of revolution or sphere on which the corners of its hull lie; null = none.
   std::shared_ptr<const RoundOutside> outside;
-  /// Corners about the axis, in the circle with the fewest; 0 = it is not round, 8 to 23 = it may
-  /// be meant round, and is a polygon.
+  /// Number of corners about the axis, in the circle with the fewest; 0 = it is not round, 8 to 23
+  /// = a polygon that may be meant as round.
   std::size_t sides = 0;
 };
-/// Sides from which on a regular prism counts as a cylinder: its faces then lie less than 1 % of
-/// the radius within.
+/// Fewest sides of a regular prism that counts as a cylinder: its faces then lie less than 1 % of
+/// the radius inside.
 inline constexpr std::size_t kFewestRoundSides = 24;
-/// Round where every circle of the hull's outline about some axis has corners all around, 1e-3 of
-/// the radius beside it at most, none farther from the next than in a regular polygon of
-/// kFewestRoundSides. A sphere: two fifths of its surface are triangles whose corners are on it up
-/// to rounding. Axes that are looked at: the principal ones of the hull and the normals of its
-/// largest faces.
+/// A mesh is round if every circle of the hull's outline about some axis has corners all around it,
+/// within 1e-3 of the radius, with gaps no larger than in a regular polygon of kFewestRoundSides. A
+/// sphere: triangles with corners on it, up to rounding, make up two fifths of its surface.
+/// Candidate axes are the principal ones of the hull and the normals of its largest faces.
 [[nodiscard]] MeshRoundness mesh_roundness(const Mesh& mesh);
 
 }  // namespace robomosp::evaluation

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shapes of a solid for collision and contact: primitives and convex pieces where its CSG tree
-// has them, else triangles (layer: application). Knows no collision library. [any thread]
+// has them, else triangles (layer: application). Independent of collision libraries. [any thread]
 #pragma once
 
 #include <functional>
@@ -17,11 +17,11 @@
 
 namespace robomosp::evaluation {
 
-/// What an engine says that it takes beside the kinds that all take.
+/// Kinds that an engine accepts beyond those that all accept.
 struct TakenShapes {
   bool cones = false, ellipsoids = false;
 };
-/// By the tags of its provider.
+/// From the tags of its provider.
 [[nodiscard]] TakenShapes taken_shapes(std::span<const std::string> tags);
 
 /// A piece of a body, which is the union of its pieces.
@@ -41,12 +41,12 @@ struct ShapePiece {
   /// within 0.5 % of its greatest half axis.
   std::optional<Vec3> ellipsoid = std::nullopt;
 
-  /// Of mesh and convex: what it is from outside where that is round.
+  /// Of mesh and convex: its outside if that is round.
   std::shared_ptr<const RoundOutside> outside = nullptr;
   /// Of an imported mesh: its corners about an axis, 0 = not round (MeshRoundness).
   std::size_t sides = 0;
 
-  /// As collision and physics engines take it; borrows mesh, corners and outside.
+  /// As passed to collision and physics engines; borrows mesh, corners and outside.
   [[nodiscard]] Shape shape(TakenShapes takes = {}) const {
     if (takes.cones && cone) return {ShapeKind::cone, *cone, nullptr, pose, {}};
     if (takes.ellipsoids && ellipsoid) return {ShapeKind::ellipsoid, *ellipsoid, nullptr, pose, {}};
@@ -55,7 +55,7 @@ struct ShapePiece {
     set_outside(s, outside.get());
     return s;
   }
-  /// The points whose hull it is within, of mesh and convex, in the piece's frame [m].
+  /// Points with a hull that contains it, of mesh and convex, in the piece's frame [m].
   [[nodiscard]] std::vector<Vec3> points() const;
 };
 
@@ -65,12 +65,12 @@ using MeshOf = std::function<Result<std::shared_ptr<const Mesh>>(const CsgTree&)
 /// The exact corners of a tree's solid; none where its engine does not list them.
 using CornersOf = std::function<Result<std::vector<Vec3>>(const CsgTree&)>;
 
-/// Boxes, cylinders and spheres stay what they are, cones and ellipsoids are convex and say so, a
-/// scale of a primitive is the primitive that it makes; unions and patterns become their pieces,
-/// also below a difference ((A + B) - C = (A - C) + (B - C)); what is left is convex where the hull
-/// of its mesh has about its volume and no triangle lies deeper below the hull than 5e-4 of the
-/// extent, else the mesh. Of solids of revolution with bores, slots and rounded rims the round
-/// outside is kept beside the triangles, and so it is of imported meshes whose corners lie on one.
+/// Boxes, cylinders and spheres are kept; cones and ellipsoids become convex pieces with `cone` or
+/// `ellipsoid` set; a scaled primitive becomes the resulting primitive. Unions and patterns become
+/// their pieces, also below a difference ((A + B) - C = (A - C) + (B - C)). The rest is convex if
+/// the hull of its mesh has about its volume and no triangle lies deeper below the hull than 5e-4
+/// of the extent, else the mesh. The round outside is kept with the triangles for solids of
+/// revolution with bores, slots and rounded rims, and for imported meshes with corners on one.
 [[nodiscard]] Result<std::vector<ShapePiece>> shape_pieces(const CsgTree& tree,
                                                            const MeshOf& mesh_of,
                                                            const CornersOf& corners_of);

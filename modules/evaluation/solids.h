@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solids: what CSG engines make of trees - shapes, meshes, moments, sections - looked up by
+// Solids: results of CSG engines for trees - shapes, meshes, moments, sections - looked up by
 // fingerprint (layer: application, evaluation). Internal to modules/evaluation. [any thread]
 #pragma once
 
@@ -33,10 +33,10 @@ namespace robomosp::evaluation {
 struct SolidEngine {
   std::shared_ptr<CsgEngine> csg;
   std::string name, version;
-  /// Of all engines' files, for what is kept from run to run; none = nothing is.
+  /// Of all engine files, for values kept between runs; empty = none are kept.
   std::optional<Fingerprint> build = std::nullopt;
   bool is_mesh = false;   ///< works on triangles throughout
-  bool is_plain = false;  ///< takes meshes as they are, and does nothing with them
+  bool is_plain = false;  ///< keeps meshes as they are and performs no operations
 };
 
 /// A solid that an engine has made.
@@ -44,43 +44,43 @@ struct MadeSolid {
   std::shared_ptr<const CsgShape> shape;
   Fingerprint key;
   SolidEngine engine;
-  std::string stand_in;  ///< why it is an approximation by another engine; "" = it is not
+  std::string stand_in;  ///< why it is an approximation by a substitute engine; "" = it is not
 };
 
-/// Errors of a tree name its nodes, those of a solid of the document the solid as well. What an
-/// engine returns is checked; what it fails at is kept as well.
+/// Errors of a tree name its nodes; those of a solid of the document also the solid. Results of
+/// engines are checked; their failures are cached as well.
 class Solids {
  public:
   Solids(const Registry& registry, Cache& cache) : registry_(registry), cache_(cache) {}
-  /// Keeps what is made in files from run to run; before anything is asked for.
+  /// Keeps results in files between runs; call it before any request.
   void keep_in(std::shared_ptr<FileCache> files) { files_ = std::move(files); }
 
   /// The program's engine.
   Result<SolidEngine> engine();
   /// The engine for imported meshes.
   Result<SolidEngine> mesh_engine();
-  /// The engine that suits the tree: the one for meshes where the tree holds one.
+  /// The engine that suits the tree: the mesh engine if the tree contains a mesh.
   Result<SolidEngine> engine_for(const CsgTree& tree);
 
-  /// The solid's content, or why there is none to work on.
+  /// The solid's content, or an error if it is missing.
   static Result<const model::Solid*> solid_of(const document::Snapshot& s, SolidId id);
-  /// The tree that engines see, plugins' primitives made.
+  /// The tree as engines see it, with plugins' primitives built.
   Result<CsgTree> tree_of(const model::Solid& solid, Progress& progress);
   Result<CsgTree> tree_of(const document::Snapshot& s, SolidId id, Progress& progress);
 
-  /// By the engine that suits the tree. Where the exact one could not verify its result, by the one
-  /// that works on triangles. An imported mesh alone that none takes for a solid stays as it is.
+  /// Built by the engine that suits the tree; if the exact one could not verify its result, by the
+  /// mesh engine. An imported mesh alone that no engine accepts as a solid is kept as it is.
   Result<MadeSolid> shape(const CsgTree& tree, Progress& progress);
   Result<MadeSolid> shape(const document::Snapshot& s, SolidId id, Progress& progress);
-  /// By an engine for triangles; what only an exact engine can make comes to it as a mesh that
-  /// states how far it may be off.
+  /// Built by a mesh engine; parts that only an exact engine can build are passed to it as meshes
+  /// with a bound of their deviation.
   Result<MadeSolid> shape_of_triangles(SolidEngine e, const CsgTree& tree, Progress& progress);
 
-  /// Closed, but for meshes as they are; at most `chord` from the exact surface [m].
+  /// Closed, except for meshes kept as they are; within `chord` of the exact surface [m].
   Result<std::shared_ptr<const Mesh>> mesh(const MadeSolid& s, double chord, Progress& progress);
-  /// The same, by the engine for triangles where the one that suits the tree fails.
+  /// The same, by the mesh engine if the engine that suits the tree fails.
   Result<std::shared_ptr<const Mesh>> mesh(const CsgTree& tree, double chord, Progress& progress);
-  /// What a solid is told to be where an engine fails and the one for triangles stands in.
+  /// The note on a solid that the mesh engine builds because the exact one failed.
   static std::string stand_in_text(const Error& why);
   Result<Moments> moments(const MadeSolid& s, Progress& progress);
   Result<std::shared_ptr<const std::vector<CsgFeature>>> features(const MadeSolid& s,
@@ -88,16 +88,16 @@ class Solids {
   /// Its edges as curves, with places that are within `chord` [m] of them.
   Result<std::shared_ptr<const std::vector<CsgEdge>>> edges(const MadeSolid& s, double chord,
                                                             Progress& progress);
-  /// What the plane z = 0 of `plane` (solid_T_plane) cuts out of the solid, within `chord` [m].
+  /// The section of the solid in the plane z = 0 of `plane` (solid_T_plane), within `chord` [m].
   Result<std::shared_ptr<const CsgProfile>> section(const MadeSolid& s, const Pose& plane,
                                                     double chord, Progress& progress);
-  /// As an imported node holds it.
+  /// As stored in an imported node.
   Result<std::shared_ptr<const CsgGeometry>> geometry(const MadeSolid& s, Progress& progress);
-  /// What each solid, at its place, adds to those before it; all by the engine of the first.
+  /// The part of each placed solid that is not in those before it; all by the first one's engine.
   Result<CsgEngine::Partition> partition(const std::vector<MadeSolid>& shapes,
                                          const std::vector<Pose>& poses, Progress& progress);
 
-  /// What a shape, and a failure to make it, are kept under.
+  /// The cache keys of a shape and of a failure to build it.
   struct Keys {
     Fingerprint value, failure;
   };
@@ -106,7 +106,7 @@ class Solids {
 
   [[nodiscard]] Cache& cache() { return cache_; }
 
-  /// The value of `key`, of what an engine has made: from the cache, else from the files, else made
+  /// The value of `key`, a result of an engine: from the cache, else from the files, else computed
   /// (Result<T>).
   template <class T, class Make, class Bytes>
   Result<std::shared_ptr<const T>> kept(std::string_view kind, const SolidEngine& e,
@@ -125,8 +125,8 @@ class Solids {
   }
 
  private:
-  /// Values that took less than this are few in a robot and many in a drag: so many of them are
-  /// kept in a run.
+  /// Values computed faster than this are few in a robot and many in a drag: only so many of them
+  /// are kept per run.
   static constexpr std::chrono::milliseconds kSlow{2};
   static constexpr int kQuickOnes = 1000;
 
@@ -152,7 +152,7 @@ class Solids {
     if (!uses_files(e) || (took < kSlow && ++quick_ones_ > kQuickOnes)) return;
     files_->write(kind, file_key(e, key), to_bytes(value));
   }
-  /// The engine's own shape of a solid whose facts came from the files.
+  /// The engine's native shape of a solid with facts from the files.
   Result<std::shared_ptr<const CsgShape>> evaluated(const MadeSolid& s, Progress& progress);
   Result<std::shared_ptr<const CsgShape>> evaluate(const SolidEngine& e, const CsgTree& tree,
                                                    Progress& progress);
@@ -165,10 +165,10 @@ class Solids {
   Result<SolidEngine> engine(Known& slot, Find&& find);
   /// The engine for exact solids.
   Result<SolidEngine> exact_engine();
-  /// Instead of what failed because of `why`, by the engine for triangles.
+  /// Built by the mesh engine instead, after a failure `why`.
   Result<MadeSolid> stand_in(const CsgTree& tree, const Error& why, Progress& progress);
   Result<MadeSolid> shape(SolidEngine e, const CsgTree& tree, Progress& progress);
-  /// An imported mesh as it is, as `why` keeps it from being a solid.
+  /// An imported mesh kept as it is, with the reason why it is not a solid.
   Result<MadeSolid> as_it_is(const CsgTree& tree, const Error& why, Progress& progress);
   /// The closed mesh of an exact solid in its own frame.
   Result<std::shared_ptr<const CsgGeometry>> triangulated(const SolidEngine& exact,
@@ -177,7 +177,7 @@ class Solids {
 
   const Registry& registry_;
   Cache& cache_;
-  std::shared_ptr<FileCache> files_;  ///< null = nothing is kept from run to run
+  std::shared_ptr<FileCache> files_;  ///< null = nothing is kept between runs
   std::atomic<int> quick_ones_{0};    ///< written so far
   std::mutex mutex_;
   Known known_, known_mesh_, known_exact_;  // guarded by mutex_

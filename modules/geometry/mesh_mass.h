@@ -9,10 +9,10 @@
 
 namespace robomosp::geometry {
 
-/// Moments about the frame's origin, `exact` = false. A mesh that is not closed, or is inside out,
-/// is an error. `deviation` is how far its triangles may be from the surface they stand for [m]: it
-/// and the rounding of the corners make `relative_error`, a bound for the volume and, about the
-/// mesh's middle, for the second moments' trace.
+/// Moments about the frame's origin, `exact` = false. An error for a mesh that is not closed or is
+/// inside out. `deviation` is the greatest distance of its triangles from the surface they
+/// approximate [m]: with the rounding of the corners it determines `relative_error`, a bound for
+/// the volume and, about the mesh's middle, for the second moments' trace.
 [[nodiscard]] Result<Moments> moments(const Mesh& mesh, double deviation = 0);
 
 }  // namespace robomosp::geometry

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the fields of a native file to a record whose references are still paths
-// (layer: application). Internal to modules/io.
+// Converts the fields of a native file to a record with references that are still paths (layer:
+// application). Internal to modules/io.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@
 
 namespace robomosp::io {
 
-/// A path written in a file, and where its id goes once it is loaded.
+/// A path written in a file, and where its id is stored after loading.
 struct Reference {
   std::string path;
   std::uint32_t offset = 0;
-  std::vector<Kind> kinds;  ///< that may stand there
+  std::vector<Kind> kinds;  ///< allowed kinds
   std::string owner;        ///< for messages: `part "plate"`
   std::function<void(model::Body&, AnyId)> set;
 };
 
-/// A geometry file that an imported node names.
+/// A geometry file named by an imported node.
 struct GeometryReference {
   std::string path;
   std::string source;  ///< CsgGeometry::source
@@ -39,9 +39,9 @@ struct Bound {
   model::Record record;
   std::vector<Reference> references;
   std::vector<GeometryReference> geometries;
-  /// Where the elements of the record stand: ("node", 3) -> offset. See document::Subject.
+  /// Offsets of the record's elements: ("node", 3) -> offset. See document::Subject.
   std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
-  /// The values in front of expressions, 0 where there are none, by the offset of the expression.
+  /// The values written before expressions, 0 if there are none, by the offset of the expression.
   /// Until bind_expressions() the record has model::marked_nan() of the offset there.
   std::map<std::uint32_t, double> last_values{};
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads what the declarations of the records' fields say, whatever the kind (layer: application).
-// Internal to modules/io. Written by io/native_print.cpp.
+// Reads records of any kind by the declarations of their fields (layer: application). Internal to
+// modules/io. Written by io/native_print.cpp.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ class DeclaredReader : public FieldReader {
   using FieldReader::FieldReader;
 
  protected:
-  /// A struct that is read, and the way to it in the record, for what is known later only.
+  /// A struct being read, and its path in the record, for values known only later.
   struct Target {
     const model::Type* type = nullptr;
     void* data = nullptr;
@@ -27,16 +27,16 @@ class DeclaredReader : public FieldReader {
     std::string shown;            ///< `part "plate"`, for messages
     std::size_t alternative = 0;  ///< of units
   };
-  /// The rules for all fields of a struct but its name, when it is an element with one.
+  /// The rules for all fields of a struct except its name, if it is a named element.
   [[nodiscard]] std::vector<Rule> rules_of(const Target&);
-  /// The rule for one of them.
+  /// The rule for one field.
   void add_rules(const Target&, const model::Field&, std::vector<Rule>& out);
-  /// Where there must be one of several words for a reference, there is.
+  /// Checks that a reference has at least one of the words that can provide it.
   Result<void> need_references(const Target&, Index block);
 
-  /// A whole record of a kind that has no reader of its own.
+  /// A whole record of a kind without a special reader.
   Result<void> declared_record(Kind);
-  /// What names elements of lists is looked up when all is read.
+  /// Resolves names of list elements after everything is read.
   Result<void> look_up_names();
 
  private:
@@ -47,7 +47,7 @@ class DeclaredReader : public FieldReader {
   Result<void> read_numbers(Index, const Target&, const model::Field&, const model::Type&,
                             void* data);
 
-  /// A field that names an element of a list of the record.
+  /// A field that names an element of one of the record's lists.
   struct NameToFind {
     Index field = 0;
     model::Way way;  ///< to the integer

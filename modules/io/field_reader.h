@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of a native file by rules: what a block may hold, and the values that fields have
+// Reads fields of a native file by rules: the fields that a block may have, and their values
 // (layer: application). Internal to modules/io.
 #pragma once
 
@@ -39,7 +39,7 @@ struct Rule {
   bool is_required = false;
 };
 
-/// What reads files by rules has in common.
+/// The common base of readers by rules.
 class FieldReader {
  public:
   explicit FieldReader(const Syntax& s) : s_(s) {}
@@ -473,7 +473,7 @@ class FieldReader {
     out_.last_values[n.expression_offset] = v;
     return model::marked_nan(n.expression_offset);
   }
-  /// Joint values of a robot that stands in another file: each an angle or a length.
+  /// Joint values of a robot that is defined in another file: each an angle or a length.
   Result<void> joint_values(Index i, std::vector<double>& out) {
     RMP_TRY(no_block(i));
     const Field& f = at(i);

@@ -15,23 +15,23 @@
 
 namespace robomosp::io {
 
-/// Reads a file of the 2006 program and what it refers to into the transaction. References are
-/// looked for below the folder of the file or one above it ("./Saves/..." starts at the
+/// Reads a file of the 2006 program and the files it refers to into the transaction. References are
+/// searched below the folder of the file or one above it ("./Saves/..." starts at the
 /// installation), beside it, and in its sibling folders Materials, CSGs, Objects, Robots,
 /// Trajectories, Worlds. Records get no file, so that saving never overwrites one of those; one
-/// that is equal to a record of its name is that record. A solid has one material here, there each
-/// primitive has its own: a .csg of several becomes an object with one solid a material, or, when
-/// `wanted` is a solid, one solid of its first material, and a note says so. Cached masses are not
+/// that equals an existing record of its name becomes that record. Here a solid has one material,
+/// there each primitive has one: a .csg with several becomes an object with one solid per material,
+/// or, if `wanted` is a solid, one solid of its first material, with a note. Cached masses are not
 /// read. All or nothing; a fault's `where` is `file:line:column`.
 [[nodiscard]] Result<Loaded> load_legacy(document::Transaction&, const std::filesystem::path& file,
                                          std::optional<Kind> wanted);
-/// Whether a file is one of that program, by its content; false when it cannot be read.
+/// True if a file is of that program, by its content; false if it cannot be read.
 [[nodiscard]] bool is_legacy_file(const std::filesystem::path& file);
 
-/// Writes a material, solid or object and all it refers to below `folder` as the 2006 program keeps
-/// them: Saves/Materials, Saves/CSGs, Saves/Objects. A node that the format cannot express is an
-/// error that names it; a file that is there with another content is one unless `overwrite`.
-/// Nothing is written when anything is wrong. Returns the paths, the record asked for last.
+/// Writes a material, solid or object and all records it refers to below `folder` in the layout of
+/// the 2006 program: Saves/Materials, Saves/CSGs, Saves/Objects. A node that the format cannot
+/// express is an error that names it, and so is an existing file with different content unless
+/// `overwrite`. On any error nothing is written. Returns the paths, the requested record last.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> export_legacy(
     const document::Snapshot&, AnyId, const std::filesystem::path& folder, bool overwrite);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A record read from a file of ROBOMOSP 1.4 (2006), with what it still lacks, and the names in it
-// (layer: application). Internal to modules/io. Format: docs/user/files-2006.md.
+// A record read from a file of ROBOMOSP 1.4 (2006), with its unresolved references and the names in
+// it (layer: application). Internal to modules/io. Format: docs/user/files-2006.md.
 #pragma once
 
 #include <algorithm>
@@ -46,11 +46,11 @@ inline std::string plain_name(std::string wanted, std::string_view otherwise) {
 struct LegacyBound {
   model::Record record;
   std::vector<Reference> references;
-  /// Where an element (document::Subject) stands in the text.
+  /// Offset of an element (document::Subject) in the text.
   std::map<std::pair<std::string_view, std::size_t>, std::uint32_t> places;
   /// References (by index) to records that come from the same text, not from the path.
   std::map<std::size_t, std::shared_ptr<LegacyBound>> made;
-  /// What can only be read when the references are there; may add notes.
+  /// Reads what depends on the references; may add notes.
   std::function<Result<void>(model::Body&, const document::Snapshot&, std::vector<std::string>&)>
       finish;
   std::vector<std::string> notes;

@@ -22,19 +22,19 @@
 
 namespace robomosp::io {
 
-/// Files loaded into a transaction: the record asked for and everything it refers to.
+/// Files loaded into a transaction: the requested record and all records it refers to.
 struct Loaded {
   AnyId id;                ///< the record of the file itself
   std::vector<AnyId> all;  ///< in dependency order, the main one last; also those reused
   std::vector<std::string> notes;
-  std::vector<std::string> warnings;  ///< what is not as the caller may think
+  std::vector<std::string> warnings;  ///< deviations the caller may not expect
 };
 
-/// What load() does with a file whose record is in the document already.
+/// What load() does with a file if its record is in the document already.
 enum class Reload : std::uint8_t {
-  no,       ///< uses the record; a warning says so when the file was changed on the disk
-  changed,  ///< reads it again if it was changed on the disk
-  yes       ///< reads the file asked for again in any case, and those it refers to if changed
+  no,       ///< uses the record; a warning reports a file changed on disk
+  changed,  ///< reads it again if it changed on disk
+  yes       ///< reads the requested file again in any case, and those it refers to if changed
 };
 
 /// ".rbt" etc. of a kind, as it is registered (model/kinds.cpp).
@@ -42,11 +42,11 @@ enum class Reload : std::uint8_t {
 
 /// Reads a file and all it refers to into the transaction. References are paths relative to the
 /// referring file, else inside a `library` folder. A file that is already in the document (same
-/// canonical path) is reused, not loaded again, unless `reload` says so: then the record gets what
-/// the file holds, and those that refer to it follow. A record whose name is taken gets a free
-/// name. Any fault is one Error whose `where` is `file:line:column`; nothing is added then. Files
-/// of the 2006 program are recognised by their content and read as well (io/legacy.h); `wanted`
-/// says what to make of them.
+/// canonical path) is reused, not loaded again, except as `reload` requests: then the record gets
+/// the content of the file, and records that refer to it are updated. A record with a name in use
+/// gets a free name. Any fault is one Error with `where` = `file:line:column`, and nothing is
+/// added. Files of the 2006 program are recognised by their content and read as well (io/legacy.h);
+/// `wanted` selects the kind of the result.
 Result<Loaded> load(document::Transaction&, const std::filesystem::path& file,
                     const std::vector<std::filesystem::path>& library,
                     std::optional<Kind> wanted = {}, Reload reload = Reload::no);
@@ -57,22 +57,22 @@ Result<Loaded> load_text(document::Transaction&, std::string_view text, const st
                          const std::filesystem::path& folder,
                          const std::vector<std::filesystem::path>& library);
 
-/// Files that are in memory only, such as what an importer made; names are paths as they are
-/// written in references.
+/// Files in memory only, such as the results of an importer; names are paths as written in
+/// references.
 struct MemoryFiles {
   std::map<std::string, std::string, std::less<>> texts;       ///< records
   std::map<std::string, GeometryPtr, std::less<>> geometries;  ///< made by make_geometry()
 };
-/// The same for the record `main` of files in memory. What they refer to is looked for among them
-/// first, then as load_text() does relative to `folder`. The records of `files` have no file;
-/// messages name them as `shown/<name>`.
+/// The same for the record `main` of files in memory. References are searched among them first,
+/// then relative to `folder` as in load_text(). The records of `files` have no file; messages name
+/// them as `shown/<name>`.
 Result<Loaded> load_memory(document::Transaction&, const MemoryFiles& files,
                            const std::string& main, const std::string& shown,
                            const std::filesystem::path& folder,
                            const std::vector<std::filesystem::path>& library);
 
 /// The same for several records of files in memory, which may refer to each other; one result each.
-/// What was added for one stays when another fails.
+/// Records added for one remain when another fails.
 std::vector<Result<Loaded>> load_memory(document::Transaction&, const MemoryFiles& files,
                                         const std::vector<std::string>& names,
                                         const std::string& shown,
@@ -84,12 +84,12 @@ std::vector<Result<Loaded>> load_memory(document::Transaction&, const MemoryFile
 Result<std::string> print(const document::Snapshot&, AnyId, const std::filesystem::path& file,
                           const std::vector<std::filesystem::path>& library);
 
-/// How save() treats files that are there.
+/// How save() treats existing files.
 struct SaveOptions {
-  /// Replaces a file of the record also when another program changed it since; else that is an
-  /// error of the code conflict.
+  /// Replaces the record's file even if another program changed it since; otherwise that is an
+  /// error with code conflict.
   bool overwrite = false;
-  /// Gets the files that held something that this document never read or wrote; may be null.
+  /// Receives the files with content that this document never read or wrote; may be null.
   std::vector<std::filesystem::path>* replaced = nullptr;
 };
 
@@ -113,18 +113,18 @@ Result<std::vector<std::filesystem::path>> save_all(
 /// Writes bytes atomically: temporary file in the same folder, fsync, rename. Needs the permit of
 /// Effect::files_write.
 Result<void> write_file(const std::filesystem::path&, std::string_view bytes);
-/// What FileBatch is to look at before it replaces a file.
+/// What FileBatch checks before it replaces a file.
 struct FileBefore {
-  bool is_asked = false;  ///< false: whatever is there is replaced without a word
-  /// What it is known to hold; when it holds something else, and not the new bytes either,
-  /// finish() refuses. Without it such a file is replaced and listed in replaced().
+  bool is_asked = false;  ///< false: replaces any existing file silently
+  /// The content last seen; if the file has neither this nor the new content, finish() fails. If
+  /// empty, such a file is replaced and listed in replaced().
   std::optional<Fingerprint> seen{};
 };
-/// Many files, each as whole as write_file() leaves it: a crash at any moment leaves of every file
-/// the old or the new one. Temporary files are written beside them at once; finish() puts all on
-/// the disk and then each in its place. Destroyed without it, nothing has changed. Where one file
-/// cannot be written none is, unless it is refused its place at the very end. Needs the permit of
-/// Effect::files_write. [one thread]
+/// Writes many files, each as atomically as write_file(): a crash at any moment leaves the old or
+/// the new version of every file. Temporary files are written beside them at once; finish() flushes
+/// all to disk and then renames each. Without finish(), nothing changes. If one file cannot be
+/// written, none is, unless the final rename fails. Needs the permit of Effect::files_write. [one
+/// thread]
 class FileBatch {
  public:
   FileBatch();
@@ -132,7 +132,7 @@ class FileBatch {
   FileBatch(const FileBatch&) = delete;
   FileBatch& operator=(const FileBatch&) = delete;
   Result<void> add(const std::filesystem::path&, std::string_view bytes, const FileBefore& = {});
-  /// Programs that do this in one folder at a time wait for each other.
+  /// Concurrent calls by several programs in one folder wait for each other.
   Result<void> finish();
   [[nodiscard]] const std::vector<std::filesystem::path>& replaced() const;
 

@@ -16,7 +16,7 @@ namespace robomosp::io {
 using PathOf = std::function<std::string(AnyId)>;
 
 /// Fixed field order, defaults left out, shortest numbers: equal records give equal bytes. `file`
-/// is where it will stand: geometries are named after it (geometry_file_name).
+/// is its future path: geometries are named after it (geometry_file_name).
 [[nodiscard]] Result<std::string> print_record(const document::Snapshot&, const model::Record&,
                                                const std::filesystem::path& file, const PathOf&);
 

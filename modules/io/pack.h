@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A record with all that it refers to, as texts: what one program sends to another (layer:
+// A record with all records it refers to, as texts: sent from one program to another (layer:
 // application).
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace robomosp::io {
 
-/// The texts of a record and of what it refers to, and their geometries, under names of their own;
-/// load_memory() reads them again. The records are those of the snapshot, whatever files have.
+/// The texts of a record and of those it refers to, and their geometries, under generated names;
+/// load_memory() reads them again. Uses the records of the snapshot, not their files.
 struct Pack {
   std::string main;  ///< name of the record itself
   MemoryFiles files;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recovery: a journal of the document that outlives the process, whatever ends it, and what is
-// found of those of earlier processes (layer: application). Format: docs/user/files.md.
+// Recovery: a journal of the document that survives any end of the process, and the search for
+// journals of earlier processes (layer: application). Format: docs/user/files.md.
 #pragma once
 
 #include <chrono>
@@ -22,33 +22,33 @@
 
 namespace robomosp::io {
 
-/// Where journals lie: $XDG_STATE_HOME/robomosp/recovery, or below ~/.local/state; empty without a
-/// home.
+/// Folder of journals: $XDG_STATE_HOME/robomosp/recovery, or below ~/.local/state; empty if there
+/// is no home folder.
 [[nodiscard]] std::filesystem::path recovery_folder();
 
 struct JournalOptions {
-  std::filesystem::path folder{};  ///< made with the first entry
-  /// From an edit to its entry on the disk, about; entries are written no more often.
+  std::filesystem::path folder{};  ///< created with the first entry
+  /// Approximate time from an edit to its entry on disk; the least interval between entries.
   std::chrono::milliseconds interval{1000};
-  std::string program = "robomosp";  ///< what wrote it, for people
-  /// Called once when the journal cannot be written, by its thread; may be empty.
+  std::string program = "robomosp";  ///< name of the writer, shown to users
+  /// Called once if the journal cannot be written, on its thread; may be empty.
   std::function<void(const std::string&)> trouble{};
 };
 
-/// Writes what changed in the document to a file, beside all that edits: a thread of its own reads
-/// snapshots, which needs no lock. Each entry is whole or not there. The file is locked while the
-/// process lives, and removed when it ends as it should.
+/// Writes the changes of the document to a file in the background: a separate thread reads
+/// snapshots, which needs no lock. Each entry is complete or absent. The file is locked while the
+/// process lives, and removed when it exits normally.
 class RecoveryJournal {
  public:
-  /// The document outlives it. Nothing is written, and no thread runs, before changed().
+  /// The document must outlive it. Nothing is written, and no thread runs, before changed().
   RecoveryJournal(const document::Document& document, JournalOptions options);
   ~RecoveryJournal();
   RecoveryJournal(const RecoveryJournal&) = delete;
   RecoveryJournal& operator=(const RecoveryJournal&) = delete;
-  /// There is something new that was not saved. Does not wait. [any thread]
+  /// Reports a new unsaved change. Does not wait. [any thread]
   void changed();
-  /// Writes the document as it is now and leaves the file for the next start of the program;
-  /// nothing is written from then on. Returns the file. [the thread that ends it]
+  /// Writes the document in its current state and keeps the file for the next start of the program;
+  /// nothing is written after that. Returns the file. [the thread that ends it]
   Result<std::filesystem::path> keep();
   /// The file; empty before the first entry. [any thread]
   [[nodiscard]] std::filesystem::path file() const;
@@ -70,45 +70,47 @@ class RecoveryJournal {
   std::unique_ptr<File> file_;
   std::unordered_map<AnyId, document::RecordPtr> written_;
   std::unordered_set<std::string> geometries_;  ///< names written to this file
-  std::uint64_t whole_bytes_ = 0;               ///< of the last entry that held everything
+  std::uint64_t whole_bytes_ = 0;               ///< of the last complete entry
 };
 
 /// The records that differ from their files, or have none, in order of creation.
 [[nodiscard]] std::vector<AnyId> unsaved_records(const document::Snapshot&,
                                                  const std::vector<std::filesystem::path>& library);
 
-/// Whether a record that is there differs from its file, or has none.
+/// True if an existing record differs from its file, or has none.
 [[nodiscard]] bool is_unsaved(const document::Snapshot&, AnyId,
                               const std::vector<std::filesystem::path>& library);
 
-/// A journal that no process keeps any more.
+/// A journal of a process that no longer exists.
 struct FoundJournal {
   std::filesystem::path file;
   std::string program;
   std::string time;          ///< of its last entry, "2026-11-22 10:03:17 UTC"
-  std::size_t records = 0;   ///< that it can give back
+  std::size_t records = 0;   ///< records that can be restored
   std::uintmax_t bytes = 0;  ///< of the file
-  std::size_t unread = 0;    ///< bytes at its end that are no whole entry: what the end cut off
+  std::size_t unread = 0;    ///< bytes at its end that are not a complete entry, such as an
+                             ///< interrupted write
 };
 
-/// Those in a folder that hold records, oldest first; journals of living processes and files that
-/// are none are left out.
+/// Journals with records in a folder, oldest first; journals of living processes and other files
+/// are left out.
 [[nodiscard]] std::vector<FoundJournal> found_journals(const std::filesystem::path& folder);
 
-/// Holds a journal of a dead process, so that no other one offers it, until discarded or destroyed.
+/// Locks a journal of a dead process, so that no other process offers it, until discarded or
+/// destroyed.
 class ClaimedJournal {
  public:
-  /// Refused while its process lives or another one holds it.
+  /// Refused while its process lives or another one has locked it.
   static Result<ClaimedJournal> claim(const std::filesystem::path& file);
   ClaimedJournal(ClaimedJournal&&) noexcept;
   ClaimedJournal& operator=(ClaimedJournal&&) noexcept;
   ~ClaimedJournal();
-  /// Loads its records into the transaction. A record whose name is taken gets a free name; what
-  /// cannot be read is left out and named in `notes`.
+  /// Loads its records into the transaction. A record with a name in use gets a free name;
+  /// unreadable records are left out and listed in `notes`.
   Result<std::vector<AnyId>> restore(document::Transaction&,
                                      const std::vector<std::filesystem::path>& library,
                                      std::vector<std::string>& notes) const;
-  /// How many of its records differ from their files, or have none.
+  /// Number of its records that differ from their files, or have none.
   [[nodiscard]] Result<std::size_t> unsaved(
       const std::vector<std::filesystem::path>& library) const;
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Syntax of the native files: text to a flat list of fields with positions; knows no kind of record
-// (layer: application). Internal to modules/io. Grammar: docs/user/files.md.
+// Syntax of the native files: text to a flat list of fields with positions; independent of record
+// kinds (layer: application). Internal to modules/io. Grammar: docs/user/files.md.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace robomosp::io {
 
 inline constexpr int kVersion = 1;  ///< of the grammar
 
-/// A number as written; converting needs to know what it is a number of.
+/// A number as written; its conversion needs the dimension.
 struct Number {
   std::string_view text, unit;    ///< "20", "mm"; unit may be empty
   std::uint32_t offset = 0;       ///< bytes from the start of the file
@@ -24,8 +24,8 @@ struct Number {
 
 enum class Argument : std::uint8_t { none, number, word, string, tuple };
 
-/// `name argument (values) { fields }`; only a word or text can have values behind it, and only a
-/// tuple more tuples, as many numbers in each; argument or block may be absent, not both.
+/// `name argument (values) { fields }`; values may follow only a word or text, and further tuples
+/// only a tuple, of equal length; argument or block may be absent, not both.
 struct Field {
   std::string_view name;
   std::string_view text;  ///< word, or inside of the quotes as written
@@ -58,9 +58,9 @@ struct Syntax {
 /// Parses; `text` must outlive the result. No recursion: any depth of blocks.
 [[nodiscard]] Result<Syntax> parse(std::string file, std::string_view text);
 
-/// The string that stands between quotes, escapes resolved.
+/// The string inside the quotes, escapes resolved.
 [[nodiscard]] std::string unescape(std::string_view inside);
-/// A word may be written without quotes: a letter or _, then letters, digits, _ - .
+/// True if a word needs no quotes: a letter or _, then letters, digits, _ - .
 [[nodiscard]] bool is_word(std::string_view s);
 
 }  // namespace robomosp::io

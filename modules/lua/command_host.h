@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CommandHost: all that a Lua state reaches of the program behind it, so that the same bindings
-// serve a session in this process and a script in a process of its own
-// (layer: application, lua, internal).
+// CommandHost: everything a Lua state can access of the program, so that the same bindings serve a
+// session in this process and a script in a separate process (layer: application, lua, internal).
 #pragma once
 
 #include <cstddef>
@@ -29,15 +28,16 @@ class CommandHost {
   CommandHost(const CommandHost&) = delete;
   CommandHost& operator=(const CommandHost&) = delete;
 
-  // --- the table of commands; entries stay where they are ---
+  // --- the command table; entries are never moved ---
   [[nodiscard]] virtual std::uint64_t revision() const = 0;  ///< counts up with every addition
   [[nodiscard]] virtual const ioci::CommandSpec* find(std::string_view name) const = 0;
-  [[nodiscard]] virtual std::vector<const ioci::CommandSpec*> list() const = 0;  ///< by name
+  [[nodiscard]] virtual std::vector<const ioci::CommandSpec*> list() const = 0;  ///< incremented by
+                                                                                 ///< every addition
   [[nodiscard]] virtual std::vector<const ioci::CommandSpec*> methods_of(
       std::string_view kind) const = 0;
   /// "there is no command ..." with near names.
   [[nodiscard]] virtual Error unknown(std::string_view name) const = 0;
-  /// Does a line of the program of 2006 begin with this word?
+  /// True if lines of the program of 2006 can begin with this word.
   [[nodiscard]] virtual bool is_classic_noun(std::string_view word) const = 0;
 
   // --- calls ---
@@ -54,12 +54,12 @@ class CommandHost {
   // --- the session ---
   [[nodiscard]] virtual bool interrupted() const = 0;
   virtual void clear_interrupt() = 0;
-  /// Refuses what the session may not do; `what` is the function that would do it.
+  /// An error for what the session may not do; `what` is the function that would do it.
   [[nodiscard]] virtual Result<void> may(Effect, std::string_view what) const = 0;
   virtual void warn(std::string_view code, const std::string& sentence) = 0;
-  /// A remark for whoever typed; a host whose scripts are of strangers says nothing.
+  /// Posts a note to the user; a host for untrusted scripts does nothing.
   virtual void note(std::string_view /*code*/, const std::string& /*sentence*/) {}
-  /// Refuses texts after too many of them.
+  /// Rejects texts beyond a limit.
   [[nodiscard]] virtual Result<void> may_print(std::size_t) { return {}; }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the files of this module share; the only header that shows Lua's own
-// (layer: application, lua, internal).
+// Shared by the files of this module; the only header that exposes Lua's own headers (layer:
+// application, lua, internal).
 #pragma once
 
 #include <algorithm>
@@ -27,11 +27,11 @@
 
 namespace robomosp::lua {
 
-/// A table nested deeper than this (or one that contains itself) is refused; it also bounds the
-/// recursion of the conversions.
+/// A table nested deeper than this (or one that contains itself) is rejected; this also limits the
+/// recursion of conversions.
 inline constexpr int kDeepestValue = 64;
 
-/// Kind of a handle userdata; one metatable a kind, so that a handle is only its number.
+/// Kind of a handle userdata; there is one metatable per kind, so a handle is only its number.
 struct KindInfo {
   std::string kind;
 };
@@ -45,7 +45,7 @@ struct ArrayBox {
   NumericArray source;
   std::string unit;
   std::size_t row = kWhole;
-  std::size_t counted = 0;  ///< bytes told to the memory budget
+  std::size_t counted = 0;  ///< bytes reported to the memory budget
 
   [[nodiscard]] bool is_matrix() const { return row == kWhole && source.is_matrix(); }
   [[nodiscard]] std::size_t length() const { return row != kWhole ? source.cols() : source.rows(); }
@@ -56,7 +56,7 @@ struct ArrayBox {
 };
 
 /// A provider given by a script. Adapters share it; on withdrawal `state` becomes null and they
-/// answer with an error. Used on the state's thread only, but for what never changes.
+/// return an error. Used on the state's thread only, except for constant members.
 struct LuaProvider {
   LuaState::Impl* state = nullptr;
   std::shared_ptr<CallQueue> calls;  ///< to the state's thread
@@ -68,7 +68,7 @@ struct LuaProvider {
   std::vector<int> values;  ///< of the script, kept in the registry by adapters
   std::string origin;
   std::string source;    ///< the script that provided it; "" = not known
-  bool is_kept = false;  ///< it came with a record: it computes and reads, and nothing else
+  bool is_kept = false;  ///< it came with a record: it may only compute and read
 
   [[nodiscard]] bool has_tag(std::string_view tag) const {
     return std::find(tags.begin(), tags.end(), tag) != tags.end();
@@ -82,10 +82,10 @@ struct robomosp::lua::LuaState::Impl {
   virtual ~Impl();
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
-  /// Called before each run and after others were answered.
+  /// Called before each run and after serving other threads.
   virtual void catch_up() {}
-  /// Called with the table of a command's arguments: replaces it by one in which functions are
-  /// names of providers, where the command takes such.
+  /// Called with the table of a command's arguments: returns one in which functions are replaced by
+  /// names of providers, where the command accepts them.
   virtual Result<void> take_functions(lua_State*, const ioci::CommandSpec&, int /*table*/) {
     return {};
   }
@@ -97,27 +97,29 @@ struct robomosp::lua::LuaState::Impl {
   const std::unique_ptr<CommandHost> owned_host;
   CommandHost& host;
   LuaOptions options;
-  bool is_untrusted = false;  ///< with the libraries for scripts of strangers (untrusted.cpp)
-  /// What other threads hand to the thread of this state.
+  bool is_untrusted = false;  ///< with the libraries for untrusted scripts (untrusted.cpp)
+  /// Calls from other threads to the thread of this state.
   const std::shared_ptr<CallQueue> calls = CallQueue::for_this_thread();
   lua_State* main = nullptr;
-  lua_State* current = nullptr;      ///< thread that runs now: what providers call back into
+  lua_State* current = nullptr;      ///< running Lua thread, used by callbacks of providers
   int depth = 0;                     ///< nested top-level runs
   std::size_t used = 0;              ///< bytes allocated by Lua
   std::size_t external = 0;          ///< bytes of arrays held by userdata
   bool is_collected_rarely = false;  ///< see push()
   std::size_t collect_at = std::size_t{64} << 20;  ///< `external` at which a full collection runs
-  bool stopping = false;                           ///< an interrupt is on its way up
+  bool stopping = false;                           ///< an interrupt is propagating
   std::optional<int> exit_code;
   std::string traceback;
   std::map<std::string, std::unique_ptr<KindInfo>, std::less<>> kinds;
-  /// Texts of what was loaded, by the name that Lua has for it: "@box.lua", "=console".
+  /// Loaded texts, by their name in Lua: "@box.lua", "=console".
   std::map<std::string, std::string, std::less<>> sources;
   /// What scripts write to standard output; goes where print() goes. Outlives their handles.
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> out{nullptr, std::fclose};
-  std::set<std::string, std::less<>> hidden;  ///< own globals that a console was told it replaced
-  int digits = 6;                             ///< significant ones that numbers are shown with
-  std::uint64_t commands = 0;                 ///< revision of the table that the state shows
+  std::set<std::string, std::less<>> hidden;  ///< built-in globals that a console was warned about
+                                              ///< replacing
+  int digits = 6;                             ///< significant digits of printed numbers
+  std::uint64_t commands = 0;                 ///< revision of the table when the state was last
+                                              ///< updated
 };
 
 namespace robomosp::lua {
@@ -130,49 +132,49 @@ using Impl = LuaState::Impl;
 
 // --- the trampoline (call.cpp), the only place that raises -----------------------------------
 
-/// A function of ours: arguments on the stack, answers the number of results it pushed, or an
-/// Error. It may call Lua functions that raise: the C++ flavour of Lua unwinds our frames.
+/// A function of this module: gets arguments on the stack, returns the number of results it pushed,
+/// or an Error. It may call Lua functions that raise: Lua compiled as C++ unwinds C++ frames.
 using Function = Result<int> (*)(Impl&, lua_State*);
-/// Answer of a Function that leaves the error object to raise on top.
+/// Return value of a Function that leaves the error object to raise on top.
 inline constexpr int kRaiseTop = -1;
 
-/// Calls `fn` inside the wall: a Result's error and foreign exceptions become Lua error objects,
-/// raised only after every C++ object of `fn` is gone; Lua's own errors pass.
+/// Calls `fn`: a Result's error and foreign exceptions become Lua error objects, raised only after
+/// every C++ object of `fn` is destroyed; Lua's own errors pass.
 int enter(lua_State* L, Function fn);
 template <Function fn>
 int entry(lua_State* L) {
   return enter(L, fn);
 }
 
-/// A call with traceback from C++; the function and its arguments are on the stack. On failure the
-/// error object is left on the stack and LUA_OK is not returned.
+/// A call with traceback from C++; the function and its arguments are on the stack. On failure it
+/// leaves the error object on the stack and returns a status other than LUA_OK.
 int protected_call(Impl&, lua_State* L, int arguments, int results);
-/// The same, and the error object taken off and made an Error.
+/// The same, with the error object popped and converted to an Error.
 Result<void> call(Impl&, lua_State* L, int arguments, int results);
 
 using Body = std::function<Result<void>(lua_State*)>;
-/// Everything from C++ goes through here: `body` runs protected, so that a memory error raised by a
-/// mere push has somewhere to go. (lua_state.cpp)
+/// All calls from C++ pass through this function: `body` runs protected, so that a memory error
+/// raised by a mere push is caught. (lua_state.cpp)
 Result<void> run_protected(Impl&, const Body& body);
-/// Makes the state of `impl` and fills it with `open`.
+/// Creates the state of `impl` and initialises it with `open`.
 void open_state(Impl& impl, const Body& open);
 
 /// Adds the commands' namespaces and the table `ioci`.
 void open_commands(Impl&, lua_State* L);
-/// Adds what plugins brought since then, to namespaces and to handles that there are.
+/// Adds commands registered since then, to namespaces and to existing handles.
 void open_new_commands(Impl&, lua_State* L);
-/// Adds a command to the methods of the handles of its kind, if there are any yet. (handle.cpp)
+/// Adds a command to the methods of the handles of its kind, if such handles exist. (handle.cpp)
 void add_method(Impl&, lua_State* L, const ioci::CommandSpec& spec);
-/// The command a function value stands for; nullptr if it is another function.
+/// The command of a function value; nullptr if it is another function.
 [[nodiscard]] const ioci::CommandSpec* command_of(lua_State* L, int index);
-/// Pushes the function of a command; a method wants its handle first.
+/// Pushes the function of a command; a method takes its handle first.
 void push_command(lua_State* L, const ioci::CommandSpec& spec, bool is_method);
 
 // --- values (convert.cpp) ---------------------------------------------------------------------
 
 [[nodiscard]] Result<Value> to_value(lua_State* L, int index, int depth = 0);
-/// Named arguments of a table whose keys must be strings. `params`, of a command: a table of many
-/// rows of numbers becomes a matrix where the command takes joint values or the like.
+/// Named arguments of a table with string keys. `params`, of a command: a table of many rows of
+/// numbers becomes a matrix if the command accepts joint values or the like.
 [[nodiscard]] Result<Map> to_map(lua_State* L, int index, int depth = 0,
                                  const Schema* params = nullptr);
 /// The same of one argument.
@@ -188,12 +190,13 @@ void push_error(lua_State* L, const Error& e, std::string_view at);
 [[nodiscard]] Error to_error(lua_State* L, int index);
 /// "box.lua:12" of the caller at a level, "" in C.
 [[nodiscard]] std::string place(lua_State* L, int level);
-/// Do long lists show their beginning only? `as_text`: all, and the same on every terminal.
+/// Whether long lists are cut after their beginning. `as_text`: complete, and independent of the
+/// terminal.
 enum class Shown { beginning, all, as_text };
 /// Readable text of any value; never runs a script.
 [[nodiscard]] std::string pretty_of(Impl&, lua_State* L, int index, Shown shown = Shown::beginning);
-/// The same for what a console shows of a result: a handle whose kind has a command `overview` is
-/// shown by that.
+/// The text that a console shows for a result: a handle of a kind with a command `overview` is
+/// shown by that command.
 [[nodiscard]] std::string result_text_of(Impl&, lua_State* L, int index);
 /// How values are shown here: digits, and the width of the terminal if there is one.
 [[nodiscard]] PrettyStyle style_of(const Impl&);
@@ -207,7 +210,7 @@ void open_errors(lua_State* L);
 void push_array(Impl&, lua_State* L, NumericArray array, std::string_view unit = {});
 /// Pushes a table of numbers, or of rows, as an array.
 [[nodiscard]] Result<void> push_array_of(Impl&, lua_State* L, int table, const std::string& unit);
-/// The pose of a 4x4 matrix; nullopt for other shapes, and unless its columns are the unit vectors
+/// The pose of a 4x4 matrix; nullopt for other shapes, or if its columns are not the unit vectors
 /// of a right-handed frame to 1e-6.
 [[nodiscard]] std::optional<Pose> rigid_pose(const NumericArray&);
 void open_arrays(lua_State* L);
@@ -222,23 +225,23 @@ void push_handle(Impl&, lua_State* L, const Handle& handle);
 
 // --- the rest -----------------------------------------------------------------------------------
 
-/// print, help, deg, pose, ..., and what the standard libraries must not do
+/// print, help, deg, pose, ..., and the restrictions of the standard libraries
 /// (standard_libraries.cpp).
 void open_globals(Impl&, lua_State* L);
 /// The same without the standard libraries.
 void open_helpers(lua_State* L);
 /// Wraps xpcall, so that no message handler delays the end of a script (globals.cpp).
 void guard_xpcall(lua_State* L);
-/// The libraries and helpers of scripts of strangers, in place of Lua's own (untrusted.cpp).
+/// The libraries and helpers of untrusted scripts, instead of Lua's own (untrusted.cpp).
 void open_untrusted(Impl&, lua_State* L);
-/// What an untrusted script is told of a global that it has not; "" for other names.
+/// The hint for an untrusted script that uses an unavailable global; "" for other names.
 [[nodiscard]] std::string untrusted_hint(std::string_view global);
 /// Adds ioci.provide and ioci.withdraw (provide.cpp).
 void open_providers(Impl&, lua_State* L);
-/// Where a provider comes from.
+/// Origin of a provider.
 struct ProviderSource {
   std::string origin;   ///< ProviderInfo::origin
-  std::string summary;  ///< where it gives none
+  std::string summary;  ///< used if the provider gives none
   std::string text;     ///< of its script, if known
   bool is_kept = false;
   bool only_checks = false;  ///< nothing is registered
@@ -249,28 +252,28 @@ Result<void> add_provider(Impl&, lua_State* L, const std::string& interface_id,
 /// Withdraws the one at a place of impl.providers.
 void withdraw_at(Impl&, std::size_t place);
 void withdraw_all(Impl&);
-/// All but the first `keep` that this state gave.
+/// Withdraws all but the first `keep` providers of this state.
 void withdraw_after(Impl&, std::size_t keep);
-/// Loads a text as a function; a syntax error says so. (lua_state.cpp)
+/// Loads a text as a function; a syntax error is returned. (lua_state.cpp)
 Result<void> load_script(lua_State* L, std::string_view code, const std::string& file);
-/// Re-arms the hook that looks for Ctrl-C and the time to stop (lua_state.cpp).
+/// Re-arms the hook that checks for Ctrl-C and the time limit (lua_state.cpp).
 void stop_script(Impl&, lua_State* L);
 [[nodiscard]] bool is_stopping(const Impl&);
 /// Candidates at a cursor (complete.cpp).
 [[nodiscard]] Completion completion(Impl&, lua_State* L, std::string_view input,
                                     std::size_t cursor);
-/// Remembers the globals of a new state as its own (own_globals.cpp).
+/// Remembers the globals of a new state as built-in (own_globals.cpp).
 void keep_own_globals(lua_State* L);
 /// Restores those of them that a console set to nil, and notes once which ones it replaced.
 void check_own_globals(Impl&, lua_State* L);
-/// What helps whoever wrote a name that is no global: a record of that name, one of the library, a
-/// near command. May be empty.
+/// A hint for an undefined global: a record of that name, one of the library, or a similar command.
+/// May be empty.
 [[nodiscard]] std::string hint_for_name(Impl&, lua_State* L, const std::string& name);
-/// The note on an input that is one undefined name; "" = it is no name.
+/// The note on an input that is one undefined name; "" = it is not a name.
 [[nodiscard]] std::string note_for_undefined(Impl&, lua_State* L, const std::string& name);
-/// Refuses what the session may not do; `what` is the function that would do it. (globals.cpp)
+/// An error for what the session may not do; `what` is the function that would do it. (globals.cpp)
 [[nodiscard]] Result<void> script_may(const Impl&, Effect, std::string_view what);
-/// Files are those of the session's folder, if it has one, until the scope ends. (confined.cpp)
+/// Restricts files to the session's folder, if it has one, until the scope ends. (confined.cpp)
 class SessionFiles {
  public:
   explicit SessionFiles(const Impl&);
@@ -281,15 +284,15 @@ class SessionFiles {
   Permit permit_;
   PermitScope scope_;
 };
-/// A function of Lua's own libraries for a session whose files lie in a folder; on the stack stand
-/// the function, its name and the arguments. A plain C function, since dofile may yield.
+/// Calls a function of Lua's own libraries for a session confined to a folder; the stack has the
+/// function, its name and the arguments. A plain C function, since dofile may yield.
 int call_confined_library(lua_State* L);
 /// Prints through the session's sink.
 void print_text(Impl&, std::string_view text);
-/// The topic of the command `help` that explains the value at `index`; nullopt for a value that is
-/// neither command, namespace, handle nor text.
+/// The topic of the command `help` for the value at `index`; nullopt if it is neither command,
+/// namespace, handle nor text.
 [[nodiscard]] std::optional<std::string> help_topic(Impl&, lua_State* L, int index);
-/// What there is to tell about a helper, a command or a topic.
+/// Help on a helper, a command or a topic.
 [[nodiscard]] Result<std::string> help_text(Impl&, const std::string& topic);
 
 }  // namespace robomosp::lua

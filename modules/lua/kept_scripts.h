@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solvers in Lua that came with records, run in a room of their own: they compute and read the
-// document, and reach nothing else (layer: application, lua, internal).
+// Solvers in Lua that came with records, run in a separate environment: they may compute and read
+// the document, and access nothing else (layer: application, lua, internal).
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace robomosp::lua {
 
-/// Provides what the application's KeptSolvers wants, from this state. [the state's thread] but
-/// where follow() is called.
+/// Provides the solvers requested by the application's KeptSolvers, from this state. [the state's
+/// thread] except follow().
 class KeptScripts final : public ioci::KeptSolvers::Host {
  public:
   explicit KeptScripts(ProgramState& impl) : impl_(impl) { impl_.app.kept_solvers->enter(this); }
@@ -24,21 +24,21 @@ class KeptScripts final : public ioci::KeptSolvers::Host {
   void follow() override;
   [[nodiscard]] bool is_here() const override { return impl_.calls->is_owner(); }
 
-  /// Does what follow() could not do from another thread; cheap when there is nothing.
+  /// Does the work that follow() could not do on another thread; cheap if there is none.
   void catch_up();
-  /// The next catch_up() tries again what found its name taken.
+  /// Makes the next catch_up() retry solvers with a name that was taken.
   void look_again() { seen_ = 0; }
 
-  /// The permit under which texts of others run.
+  /// The permit for scripts that came with records.
   [[nodiscard]] static Permit permit(const ProgramState& impl);
 
  private:
-  /// Runs the text; what it provides is left on the stack.
+  /// Runs the text; leaves what it provides on the stack.
   Result<void> run(lua_State* L, const model::KeptSolver& solver);
   Result<void> provide(const ioci::KeptSolvers::Wanted& wanted);
   void put_back(const std::string& interface_id, const std::string& name);
 
-  /// A provider of the session's own that stands aside while a record keeps the same text.
+  /// A provider of the session, suspended while a record keeps the same text.
   struct Aside {
     std::string interface_id, name;
     ProviderSource source;

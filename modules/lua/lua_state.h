@@ -25,72 +25,70 @@ class CommandHost;
 struct LuaOptions {
   /// Where print() goes; empty = standard output.
   std::function<void(std::string_view)> print;
-  /// Characters a line of results may have, asked for each; empty or 0 = as many as there are.
+  /// Characters per line of results, evaluated for each; empty or 0 = unlimited.
   std::function<std::size_t()> width = {};
-  /// What errors and tracebacks call the inputs of eval(): "console:3".
+  /// Name of the inputs of eval() in errors and tracebacks: "console:3".
   std::string input_name = "console";
-  /// Bytes that Lua values and the numeric arrays they hold may take.
+  /// Limit for Lua values and the numeric arrays they hold [bytes].
   std::size_t memory_limit = std::size_t{1} << 30;
   /// Folders of modules for require(); empty = <share>/lib.
   std::vector<std::filesystem::path> module_path;
-  /// How long another thread waits for a solver that is written in Lua until the thread of its
-  /// script comes to it.
+  /// How long another thread waits for a solver written in Lua until its thread serves it.
   std::chrono::milliseconds patience{10'000};
 };
 
-/// What TAB offers: the word that starts at byte `start` may become one of `words`.
+/// Completions: the word that starts at byte `start` may become one of `words`.
 struct Completion {
   std::size_t start = 0;
   std::vector<std::string> words;
 };
 
-/// One Lua state bound to one session. Nothing throws out of it. It belongs to the thread that made
-/// it; solvers written in it answer other threads where that thread waits: in a command, for a job,
-/// or in serve(). [the session's thread]
+/// One Lua state bound to one session. Never throws. It belongs to the thread that made it; solvers
+/// written in it serve other threads while that thread waits: in a command, for a job, or in
+/// serve(). [the session's thread]
 class LuaState {
  public:
   /// Both outlive the state.
   LuaState(ioci::Application& app, ioci::Session& session, LuaOptions options = {});
-  /// For scripts of strangers, over whatever stands behind `host` (lua/untrusted.cpp says what they
-  /// may use); such a state provides, completes and requires nothing.
+  /// For untrusted scripts, over any implementation of `host` (lua/untrusted.cpp lists what they
+  /// may use); such a state cannot provide, complete or require.
   LuaState(std::unique_ptr<CommandHost> host, LuaOptions options);
-  /// Withdraws the providers that its scripts gave; adapters still held elsewhere answer with an
-  /// error.
+  /// Withdraws the providers of its scripts; adapters still in use return an error.
   ~LuaState();
   LuaState(const LuaState&) = delete;
   LuaState& operator=(const LuaState&) = delete;
 
   /// Runs a file; `args` become the global table `arg` and the chunk's `...`.
   Result<void> run_file(const std::filesystem::path& file, std::span<const std::string> args = {});
-  /// The same; what the file returns comes as Values (what has none as its text).
+  /// The same; returns the file's return values as Values (others as text).
   Result<List> run_file_values(const std::filesystem::path& file,
                                std::span<const std::string> args = {});
-  /// The same of a text that is the file of that name.
+  /// The same for a text in place of the file of that name.
   Result<List> run_text_values(std::string_view code, const std::string& file,
                                std::span<const std::string> args = {});
   Result<void> run_string(std::string_view code, std::string_view chunk_name);
 
-  /// Runs scripts that are plugins: their globals are their own, and what they provide has their
-  /// file as its origin. One that fails is left out with all that it provided, and a warning says
-  /// why. Then the user's choice of defaults holds for what they provide, too.
+  /// Runs scripts that are plugins: they have separate globals, and their providers have the file
+  /// as origin. A failing script is skipped with all its providers, with a warning. Then the user's
+  /// choice of defaults is applied to the providers.
   void load_plugins(std::span<const std::filesystem::path> files);
 
-  /// One input of a console: an expression (also `=x`), statements, `x?` for help, `x:name` for
-  /// what a method does, or a classic line. Returns the readable text of the results; "" when there
-  /// are none. Results stay in `_`.
+  /// Evaluates one input of a console: an expression (also `=x`), statements, `x?` for help,
+  /// `x:name` for help on a method, or a classic line. Returns the readable text of the results; ""
+  /// if there are none. Results are stored in `_`.
   Result<std::string> eval(std::string_view input);
-  /// The same for programs: the results as Values (what has no Value comes as its text).
+  /// The same for programs: the results as Values (others as text).
   Result<List> eval_values(std::string_view input);
 
-  /// True when the input is the beginning of a statement that goes on.
+  /// True if the input is the beginning of an incomplete statement.
   [[nodiscard]] bool is_incomplete(std::string_view input) const;
   /// Candidates at byte `cursor` of `input` (all lines so far). Runs no script.
   [[nodiscard]] Completion complete(std::string_view input, std::size_t cursor) const;
 
-  /// Answers what other threads ask of solvers written in Lua; for a thread that waits for input.
+  /// Serves calls of other threads to solvers written in Lua; for a thread that waits for input.
   void serve();
-  /// Calls `wake`, on another thread, whenever there is something to serve, for as long as it
-  /// lives.
+  /// Calls `wake`, on another thread, whenever there are calls to serve, as long as the returned
+  /// object lives.
   [[nodiscard]] std::shared_ptr<void> wake_to_serve(std::function<void()> wake);
 
   /// Call stack of the last failure, one frame a line; folded away from the message.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What adapters from a script's functions to the SDK's interfaces share: the call into the script,
-// what it is given and what it gives back (layer: application, lua, internal).
+// Shared by the adapters from a script's functions to the SDK's interfaces: the call into the
+// script, its arguments and results (layer: application, lua, internal).
 #pragma once
 
 #include <chrono>
@@ -30,12 +30,12 @@ using ProviderPtr = std::shared_ptr<LuaProvider>;
 /// An error of the provider, with its interface and name.
 [[nodiscard]] Error failed(const LuaProvider& p, std::string message, std::string hint = {});
 
-/// One call into the script, on the thread of its state: from another one it is handed over, and
-/// waits for it to be answered. Checks that the script is there, restores the stack, reports a
-/// script's error with the provider's name and the script's line.
+/// One call into the script, on the thread of its state: calls from other threads are handed over
+/// and waited for. Checks that the script still exists, restores the stack, reports a script's
+/// error with the provider's name and the script's line.
 class Call {
  public:
-  /// `progress` may be null: what ends the wait for the script's thread.
+  /// `progress` may be null; cancelling it ends the wait for the script's thread.
   explicit Call(const LuaProvider& p, const Progress* progress = nullptr)
       : p_(p), progress_(progress) {}
 
@@ -148,15 +148,14 @@ void set_text(lua_State* L, const char* name, std::string_view text);
 void set_directions(lua_State* L, const char* name, std::uint32_t bits);
 /// A 3 x 3 matrix.
 void set_inertia(Impl& impl, lua_State* L, const Sym3& inertia);
-/// Refuses robots of which entry i of q is not joint i, for providers with the tag "simple".
+/// Rejects robots in which entry i of q is not joint i, for providers with the tag "simple".
 Result<void> check_simple(const LuaProvider& p, const RobotModel& model);
-/// The refusal `nil, reason` of a script's function as an error of code unsupported. The two
-/// results are on top.
+/// Converts the refusal `nil, reason` of a script's function to an error of code unsupported. The
+/// two results are on top.
 Result<void> check_refusal(const LuaProvider& p, lua_State* L, std::string where);
-/// The table `model` of the scripts, as docs/plugin_author/lua.md has it; without gravity that is
-/// zero.
+/// The table `model` of scripts, see docs/plugin_author/lua.md; gravity is zero if omitted.
 void push_model(Impl& impl, lua_State* L, const RobotModel& model, bool with_gravity);
-/// A body as collision and physics tell it to scripts: the list of its shapes.
+/// A body as passed to scripts by collision and physics: the list of its shapes.
 void push_shapes(Impl& impl, lua_State* L, const ShapedBody& body);
 void push_params(Impl& impl, lua_State* L, const Schema& schema, const Params& params);
 
@@ -185,12 +184,12 @@ class Kept {
   std::unique_ptr<Params> params_ = make_params({});
 };
 
-/// A value of the script that an adapter holds beyond a call, such as a prepared scene.
+/// A value of the script that an adapter keeps between calls, such as a prepared scene.
 class KeptValue {
  public:
   explicit KeptValue(ProviderPtr p) : p_(std::move(p)) {}
   ~KeptValue() {
-    // What was withdrawn is released already; what ends on another thread is released then.
+    // Withdrawn values are already released; values that end on another thread are released later.
     if (ref_ == LUA_NOREF || !p_->calls->is_owner() || !p_->state) return;
     luaL_unref(p_->state->main, LUA_REGISTRYINDEX, ref_);
     std::erase(p_->values, ref_);
@@ -209,8 +208,8 @@ class KeptValue {
   int ref_ = LUA_NOREF;
 };
 
-/// An object of ours that a function given to a script reaches during one call; later the function
-/// answers with an error. Its own stack slot must stay until it ends.
+/// A C++ object accessible to a function passed to a script, for one call; later calls of the
+/// function return an error. Its stack slot must stay until the object ends.
 template <class T>
 class Borrowed {
  public:
@@ -252,7 +251,7 @@ Result<std::vector<double>> read_finite(const LuaProvider& p, lua_State* L, int 
 Result<Vec3> read_vec3(const LuaProvider& p, lua_State* L, int index, const char* what);
 Result<Pose> read_pose(const LuaProvider& p, lua_State* L, int index, const char* what);
 
-/// What adapters of a robot's solvers keep: the script, the model, the values of the parameters.
+/// State of adapters of a robot's solvers: the script, the model, the values of the parameters.
 class BoundScript {
  public:
   explicit BoundScript(ProviderPtr p) : p_(std::move(p)) {}
@@ -270,11 +269,11 @@ class BoundScript {
 };
 
 /// How a script provides an interface: registered by the file with its adapter (RMP_LUA_PROVIDER),
-/// and named nowhere else.
+/// without a central list.
 struct LuaInterface {
   const char* interface_id;
   const char* function;  ///< field of the table form that must be a function
-  /// The adapter as void* to the interface class, as the registry wants it.
+  /// The adapter as void* to the interface class, as the registry expects.
   void* (*create)(ProviderPtr);
 };
 class LuaInterfaceFile {

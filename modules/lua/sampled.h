@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Motions that a script described, sampled once: rates by differences, quintic between the samples
-// (layer: application, lua, internal).
+// Motions described by a script, sampled once: rates by differences, quintic interpolation between
+// the samples (layer: application, lua, internal).
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ inline SampledMotion hermite(const SampledMotion& s, const SampledMotion& e, dou
 }
 
 // Coefficients of fourth order on equidistant points: central ones inside, one-sided ones for the
-// last two points of either end (`x` counted from that end). n >= 6.
+// last two points at either end (`x` counted from that end). n >= 6.
 template <class At>
 double first_difference(const At& x, std::size_t i, std::size_t n, double h) {
   if (i >= 2 && i + 2 < n) return (x(i - 2) - 8 * x(i - 1) + 8 * x(i + 1) - x(i + 2)) / (12 * h);
@@ -81,7 +81,7 @@ inline std::vector<PathSample> with_rates(const std::vector<Pose>& poses, double
   return out;
 }
 
-/// A share u in 0..1 of the way from one sample to the next, `h` later.
+/// Interpolates at the fraction u in 0..1 between one sample and the next, `h` later.
 inline PathSample between(const PathSample& a, const PathSample& b, double h, double u) {
   PathSample out;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -109,7 +109,7 @@ inline PathSample between(const PathSample& a, const PathSample& b, double h, do
   return out;
 }
 
-/// The step that a place in 0..count - 1 steps lies in.
+/// The step that contains a position in 0..count - 1 steps.
 inline std::size_t step_at(double place, std::size_t samples) {
   return std::min(static_cast<std::size_t>(std::max(place, 0.0)), samples - 2);
 }

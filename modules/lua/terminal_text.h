@@ -15,15 +15,14 @@ namespace robomosp::lua {
 /// Words of a text on lines of at most `width` characters; longer words are broken. Never empty.
 [[nodiscard]] std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 
-/// A table whose cells wrap until it is at most `width` characters wide (0 = no limit); where that
-/// cannot be, it is cut into several below each other that repeat the first column. `right` says
-/// which columns are aligned at their right, such as those of numbers. No trailing newline.
+/// A table with cells that wrap until it is at most `width` characters wide (0 = no limit); if that
+/// is impossible, it is split into several tables that repeat the first column. `right` marks
+/// right-aligned columns, such as those of numbers. No trailing newline.
 [[nodiscard]] std::string table_text(const std::vector<std::vector<std::string>>& rows,
                                      const std::vector<bool>& right, std::size_t width);
 
-/// Help for a terminal: tables of Markdown in columns, longer lines wrapped below where their last
-/// column begins. Blocks of code stay as they are, without their fences.
-/// Width 0 = no limit.
+/// Help for a terminal: Markdown tables in columns, longer lines wrapped below the start of their
+/// last column. Blocks of code are kept, without their fences. Width 0 = no limit.
 [[nodiscard]] std::string fitted(std::string_view text, std::size_t width);
 
 }  // namespace robomosp::lua

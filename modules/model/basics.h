@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What records of several kinds are made of: placements, parameters, measured masses, chosen
-// providers, pairs of bodies (layer: data processing, model). SI and radians.
+// Parts of records of several kinds: placements, parameters, measured masses, selected providers,
+// pairs of bodies (layer: data processing, model). SI and radians.
 #pragma once
 
 #include <array>
@@ -78,8 +78,8 @@ constexpr void fields(V& v, Of<Placement>) {
       .doc("Whether the position is Cartesian (at), cylindrical or spherical.");
 }
 
-/// A named number that expressions of its record may use; worlds' parameters are known to all
-/// records as `world.name`.
+/// A named number for expressions of its record; worlds' parameters are available to all records as
+/// `world.name`.
 struct Parameter {
   std::string name;
   std::string expression;  ///< "" = a plain number
@@ -97,7 +97,7 @@ constexpr void fields(V& v, Of<Parameter>) {
   v("description", &Parameter::description).doc("Its description.");
 }
 
-/// Parameters of a record, and which of its numbers are expressions over them: path as in the set
+/// Parameters of a record, and its numbers that are expressions over them: path as in the set
 /// commands ("bore.radius", "chord") -> expression. The numbers hold the last values.
 struct Parametric {
   LongList<Parameter> parameters;
@@ -122,7 +122,7 @@ constexpr void fields(V& v, Of<MassProperties>) {
       .doc("Inertia about the centre of mass: xx, yy, zz, xy, yz, xz.");
 }
 
-/// Values measured on the real thing; they replace the computed ones, which stay known.
+/// Values measured on the real object; they replace the computed ones, which are still reported.
 struct MeasuredMass {
   MassProperties mass;  ///< in the record's frame
   std::string source;   ///< how and by whom
@@ -133,7 +133,7 @@ constexpr void fields(V& v, Of<MeasuredMass>) {
   v("source", &MeasuredMass::source).doc("Source of the measurement: method and person.");
 }
 
-/// A chosen provider with the values given for its parameters, by name. Empty name = the default.
+/// A selected provider with the values given for its parameters, by name. Empty name = the default.
 struct ProviderChoice {
   using Param = std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
   std::string name;
@@ -148,12 +148,13 @@ constexpr void fields(V& v, Of<ProviderChoice>) {
       .doc("Values of the provider's parameters, in SI units.");
 }
 
-/// Whether collision checks look at a pair of bodies, against what they would do by themselves. A
-/// robot's bodies are named by link, or "base"; a world's are "table", "arm.forearm", "arm.base",
-/// and "arm" stands for all of them. A name that nothing has is without effect.
+/// Overrides whether collision checks include a pair of bodies. A robot's bodies are named by link,
+/// or "base"; a world's are "table", "arm.forearm", "arm.base", and "arm" means all of that robot.
+/// A name that matches nothing has no effect.
 struct CollisionPairRule {
   std::string a, b;
-  bool is_allowed = true;  ///< to touch: the pair is passed over; false = it is always checked
+  bool is_allowed = true;  ///< contact is allowed, the pair is skipped; false = it is always
+                           ///< checked
   std::string reason;      ///< why, for people
   bool operator==(const CollisionPairRule&) const = default;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Controllers: what a program needs to be posted to one, as data (layer: data processing, model).
-// As with programs of robots, angles are in degrees and lengths of axes in mm.
+// Controllers: the data needed to post a program to one (layer: data processing, model). As in
+// programs of robots, angles are in degrees and lengths of axes in mm.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@
 
 namespace robomosp::model {
 
-/// An axis of the controller: value = sign * joint + offset. Robots have axes of their own, which
-/// count where a robot is named.
+/// An axis of the controller: value = sign * joint + offset. If a robot is given, the axes of the
+/// robot apply.
 struct ControllerAxis {
   std::string name;
   std::int32_t joint = 1;  ///< of the robot, 1 is the first; of the additional joints if external
   bool is_external = false;
   bool is_linear = false;            ///< in mm, else degrees
-  std::optional<std::int32_t> sign;  ///< none = the robot's, 1 where that is not known
+  std::optional<std::int32_t> sign;  ///< empty = the robot's, 1 if unknown
   double offset = 0;                 ///< [degrees or mm]; 0 without a sign = the robot's
   double pulses = 0;                 ///< per degree or mm; 0 = not known
   double lower = 0, upper = 0;
@@ -45,7 +45,7 @@ constexpr void fields(V& v, Of<ControllerAxis>) {
   v("upper", &ControllerAxis::upper).doc("Upper limit, degrees or mm.");
 }
 
-/// How a signal of programs is called at the controller.
+/// The name of a program's signal at the controller.
 struct ControllerSignal {
   std::string name;
   std::string target;
@@ -64,7 +64,7 @@ constexpr void fields(V& v, Of<ControllerSignal>) {
   v("is_inverted", &ControllerSignal::is_inverted).doc("Whether the signal is inverted.");
 }
 
-/// A tool or a frame that the controller keeps.
+/// A tool or a frame stored in the controller.
 struct ControllerPlace {
   std::string name;
   std::int32_t number = -1;
@@ -81,7 +81,7 @@ constexpr void fields(V& v, Of<ControllerPlace>) {
   v("mass", &ControllerPlace::mass).unit("kg").at_least(0).doc("Mass of a tool.");
 }
 
-/// Whatever else a target asks for.
+/// Another setting of a target.
 struct ControllerOption {
   std::string name, value;
 };

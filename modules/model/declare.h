@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the `fields(...)` beside a struct to its Type (layer: data processing, model). Heavy:
-// include it where a struct's type is made (model/types.cpp, a file with a kind of its own) only.
+// Builds a Type from the `fields(...)` beside a struct (layer: data processing, model). Expensive:
+// include it only where a struct's type is defined (model/types.cpp, a file that defines a kind).
 #pragma once
 
 #include <array>
@@ -70,13 +70,13 @@ struct Element<std::map<std::string, T>> : Element<void> {
   using type = T;
 };
 
-/// What `fields` gets: collects the members of T.
+/// Argument of `fields`: collects the members of T.
 template <class T>
 class Declaration {
  public:
   explicit Declaration(Type& type)
       : type_(type), sample_(static_cast<const T*>(type.standard.get())) {
-    type_.fields.reserve(kMostMembers);  // so that the references handed out stay
+    type_.fields.reserve(kMostMembers);  // so that references to fields stay valid
   }
   template <class M>
   Field& operator()(std::string_view name, M T::*member) {
@@ -87,9 +87,9 @@ class Declaration {
                                         reinterpret_cast<const std::byte*>(sample_));
     return f;
   }
-  /// Members that another one stands for.
+  /// Members that are aliases of another member.
   void stands_for(int) {}
-  /// Which part of units such as "rad|m" counts in T and below.
+  /// Selects the part of units such as "rad|m" in T and below.
   void alternative(std::size_t (*f)(const void*)) { type_.alternative = f; }
 
  private:
@@ -229,7 +229,7 @@ const Type& type_of() {
   return type;
 }
 
-/// Registers a kind whose content is T.
+/// Registers a kind with the content T.
 template <class T>
 Kind register_kind_of(std::string_view name, std::string_view extension, std::string_view folder) {
   return register_kind({name, extension, folder, &type_of<T>()});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths to what is in a record: `links[3].mass`, `elbow.a`, `bore.position.x`, `tools.camera`,
-// `parts.1.rpy.z` (layer: data processing, model). Elements of lists are named by place (from 1) or
-// by name; what a declaration calls flat or by names is addressed without the field's own name too.
+// Paths to parts of a record: `links[3].mass`, `elbow.a`, `bore.position.x`, `tools.camera`,
+// `parts.1.rpy.z` (layer: data processing, model). Elements of lists are addressed by index (from
+// 1) or by name; fields declared flat or by names are also addressed without the field's own name.
 // [any thread]
 #pragma once
 
@@ -19,65 +19,65 @@ namespace robomosp::model {
 
 inline constexpr std::size_t kNoComponent = static_cast<std::size_t>(-1);
 
-/// What a path names.
+/// The part of a record at a path.
 struct Place {
   const Type* type = nullptr;
   void* data = nullptr;
-  const Field* field = nullptr;          ///< that it is, or is an element of; null = the record
+  const Field* field = nullptr;          ///< the field, or the field of the element; null = the
+                                         ///< record
   const void* owner = nullptr;           ///< the struct of `field`
   std::size_t component = kNoComponent;  ///< of numbers, reals, a colour or a setting
   std::size_t alternative = 0;           ///< of units, see Type::alternative
-  /// Its numbers: all but read-only ones, parameters' values, and fields that do not count.
+  /// True for numbers except read-only ones, parameters' values, and fields that do not apply.
   bool may_be_expression = true;
-  bool is_shared = false;  ///< inside of what versions of the record share
+  bool is_shared = false;  ///< inside a part that versions of the record share
 
-  /// The number of a component, a real or a setting that is a real; null = it is none.
+  /// The number of a component, a real or a real setting; null = not a number.
   [[nodiscard]] double* number() const;
   [[nodiscard]] std::string_view unit() const;  ///< SI; kAnyUnit of a provider's setting
 };
 
-/// Its `data` must not be written through.
+/// The result's `data` is read-only.
 [[nodiscard]] std::optional<Place> find(const Content&, std::string_view path);
-/// What is shared on the way is copied, so that `data` may be written.
+/// Copies shared parts along the path, so that `data` may be written.
 [[nodiscard]] std::optional<Place> find_for_change(const MutableContent&, std::string_view path);
 
-/// One step of a way into a record: to a member of a struct, or to an element of a list. A way
-/// names nothing, so that following it takes the same time wherever it leads.
+/// One step of a path in memory: to a member of a struct, or to an element of a list. It contains
+/// no names, so that following it takes constant time.
 struct WayStep {
   const Field* member = nullptr;  ///< null = an element
   std::size_t element = 0;
 };
 using Way = std::vector<WayStep>;
-/// What stands at the end of a way, to be written; null where a list is shorter. What is optional
-/// or shared on the way is entered, and made where it is not there.
+/// The end of such a path, for writing; null if a list is shorter. Optional and shared values along
+/// the path are entered, and created if missing.
 [[nodiscard]] MutableContent follow_for_change(MutableContent, std::span<const WayStep>);
 
-/// Every place that a path names, with the path by which it is known: elements by their names where
-/// they have any, nothing that may be left out. Numbers come as a whole, then one by one.
+/// Visits every path with its canonical spelling: elements by their names if they have one, without
+/// parts that may be omitted. Vectors are visited as a whole, then by component.
 void for_each_path(const Content&, const std::function<void(const std::string&, const Place&)>&);
-/// The path by which the number at `path` is known; `path` itself when it names none.
+/// The canonical path of the number at `path`; `path` itself if it is not a number.
 [[nodiscard]] std::string known_path(const Content&, std::string_view path);
 
 /// Calls see() for every number of a record that can be an expression, in order of declaration,
-/// with the path by which it is known. The path is only built if `wanted` returns true for the
-/// number.
+/// with its canonical path. The path is only built if `wanted` returns true for the number.
 void for_each_number(const Content&, const std::function<bool(const double&)>& wanted,
                      const std::function<void(const std::string& path, const double&)>& see);
 
-/// One step of a path into a record, and where it is written in the path's text.
+/// One step of a path into a record, and its position in the text of the path.
 struct PathStep {
   const Field* member = nullptr;  ///< of a structure; null = an element of a list
   std::size_t element = 0;
   std::size_t begin = 0, end = 0;  ///< of an element: its name or number in the text
 };
-/// The steps to what a path names, as far as they lead through structures and lists; components and
-/// keys of tables are none. Empty = the path names nothing.
+/// The steps of a path through structures and lists; components and keys of tables are not steps.
+/// Empty = the path does not exist.
 [[nodiscard]] std::vector<PathStep> steps_of(const Content&, std::string_view path);
 
 /// Name of component `i` of the numbers of a field: "x", "xx", "radius"; "" = it has none.
 [[nodiscard]] std::string_view component_name(const Field&, const void* owner, std::size_t i);
 
-/// Where the elements of a list are addressed: "" in front of their names, or "tools.".
+/// Prefix for the elements of a list: "" if they are addressed by their names alone, or "tools.".
 [[nodiscard]] std::string element_prefix(const Field& list);
 
 }  // namespace robomosp::model

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the structs of records are made of (layer: data processing, model). Beside each struct
-// stands one `fields(...)` that names its members; everything that treats records as data
-// (fingerprints, differences, files, values, paths, schemas) goes through Type and Field.
-// How to declare: docs/decisions/0023-one-declaration-a-record.md.
+// Types and fields of the structs of records (layer: data processing, model). Beside each struct,
+// one `fields(...)` names its members; all code that treats records as data (fingerprints,
+// differences, files, values, paths, schemas) uses Type and Field. How to declare:
+// docs/decisions/0023-one-declaration-a-record.md.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +19,11 @@
 
 namespace robomosp::model {
 
-/// The tag by which `fields` and `words` are found: `fields(v, Of<Material>{})`.
+/// The tag for finding `fields` and `words`: `fields(v, Of<Material>{})`.
 template <class T>
 struct Of {};
 
-/// What a value is, as far as it can be handled without knowing its C++ type.
+/// Kind of a value, as far as it can be handled without its C++ type.
 enum class Shape : std::uint8_t {
   boolean,    ///< bool
   integer,    ///< std::int32_t or std::int64_t
@@ -33,7 +33,7 @@ enum class Shape : std::uint8_t {
   numbers,    ///< Type::count doubles in a row: Vec3, Sym3, std::array
   reals,      ///< std::vector<double>
   colour,     ///< Colour
-  digest,     ///< two std::uint64_t, for content that is told apart by them
+  digest,     ///< two std::uint64_t that identify some content
   reference,  ///< AnyId or Id<K>
   setting,    ///< ProviderChoice::Param
   structure,  ///< a struct with fields
@@ -47,12 +47,12 @@ enum class Shape : std::uint8_t {
 inline constexpr std::string_view kByJoint = "rad|m";
 
 struct Type;
-/// The type of a member or of a whole record's content; made in model/kinds.cpp, or where
+/// The type of a member or of a record's content; defined in model/kinds.cpp, or where
 /// model/declare.h is included. [any thread]
 template <class T>
 const Type& type_of();
 
-/// One member of a struct, as its declaration says.
+/// One member of a struct, as declared.
 struct Field {
   std::string_view name;   ///< in values, paths and, unless `file` says otherwise, files
   std::string_view title;  ///< for people; "" = the name with spaces
@@ -67,24 +67,25 @@ struct Field {
   double max = std::numeric_limits<double>::infinity();
   bool is_above_min = false;           ///< min itself is refused
   bool may_be_infinite = false;        ///< NaN never may
-  bool is_needed = false;              ///< a file must give it
-  bool is_read_only = false;           ///< follows from content that is no field
+  bool is_needed = false;              ///< a file without it is rejected
+  bool is_read_only = false;           ///< computed from content that is not a field
   bool is_path_flat = false;           ///< its fields are addressed without its name
   bool is_addressed_by_names = false;  ///< a list: elements are addressed by name without its own
   std::string_view (*path_word)(const void*) = nullptr;  ///< of owner: instead of its name in paths
   std::string_view index_in;  ///< an integer: place in this list of the record; -1 = none
-  /// Of the owner: whether the field means something there; null = always. Values and files leave
-  /// out what does not.
+  /// Of the owner: whether the field applies; null = always. Values and files omit fields that do
+  /// not.
   bool (*counts)(const void*) = nullptr;
-  bool is_value_flat = false;      ///< its fields are among the owner's in values
-  std::string_view file_word;      ///< in files instead of its name; of lists instead of one less s
-  bool is_always_written = false;  ///< in files, although it has its default
-  bool is_unit_written = false;    ///< in files, although it is the SI unit
+  bool is_value_flat = false;       ///< its fields are among the owner's in values
+  std::string_view file_word;       ///< in files instead of its name; for lists the default is the
+                                    ///< name without its last s
+  bool is_always_written = false;   ///< written to files even if it has its default
+  bool is_unit_written = false;     ///< written to files even if it is the SI unit
   bool is_written_by_kind = false;  ///< a reference: the kind is its word in files
-  std::vector<Kind> kinds;          ///< that a reference may have; empty = any
+  std::vector<Kind> kinds;          ///< allowed for a reference; empty = any
   int since_version = 1;            ///< of the files
 
-  // How a declaration says it.
+  // Setters for declarations.
   Field& label(std::string_view v) { return title = v, *this; }
   Field& doc(std::string_view v) { return sentence = v, *this; }
   Field& unit(std::string_view v) { return si_unit = v, *this; }
@@ -116,7 +117,7 @@ struct Field {
   /// Of component `i` of this field of the struct at `owner`; SI.
   [[nodiscard]] std::string_view unit_of(const void* owner, std::size_t i = 0,
                                          std::size_t alternative = 0) const;
-  /// The word of a field in files: its own, or of a list of structs one s less.
+  /// The word of a field in files: its own, or for a list of structs its name without the last s.
   [[nodiscard]] std::string_view word_in_files() const;
   [[nodiscard]] void* in(void* owner) const { return static_cast<std::byte*>(owner) + offset; }
   [[nodiscard]] const void* in(const void* owner) const {
@@ -124,7 +125,7 @@ struct Field {
   }
 };
 
-/// A C++ type with its operations, each of which exists for the shapes that need it.
+/// A C++ type with its operations; those that do not apply to a shape are null.
 struct Type {
   Shape shape = Shape::structure;
   std::size_t size = 0;
@@ -137,10 +138,10 @@ struct Type {
   };
   std::vector<Word> words;  ///< word
   std::vector<Kind> kinds;  ///< reference: what the C++ type allows; empty = any
-  /// structure: which part of a unit such as "rad|m" counts within.
+  /// structure: the part of a unit such as "rad|m" that applies within.
   std::size_t (*alternative)(const void*) = nullptr;
   bool has_references = false;
-  bool has_heap = false;                 ///< memory behind a pointer, so that its size varies
+  bool has_heap = false;                 ///< has memory behind a pointer, so its size varies
   std::shared_ptr<const void> standard;  ///< a default-constructed value
 
   void (*assign)(void* to, const void* from) = nullptr;
@@ -150,20 +151,21 @@ struct Type {
   AnyId (*id)(const void*) = nullptr;                ///< reference
   void (*set_id)(void*, AnyId) = nullptr;            ///< reference
   std::size_t (*length)(const void*) = nullptr;      ///< list
-  const void* (*data)(const void*) = nullptr;        ///< of a std::vector: elements stand in a row
-  /// Of a LongList instead: an element, for reading and for changing, and how many stand in one
-  /// block; 0 = it has none.
+  const void* (*data)(const void*) = nullptr;        ///< of a std::vector: contiguous elements
+  /// Of a LongList instead: an element, for reading and for changing, and the number of elements
+  /// per block; 0 = not a LongList.
   const void* (*item)(const void*, std::size_t) = nullptr;
   void* (*item_for_change)(void*, std::size_t) = nullptr;
   std::size_t block = 0;
   void (*resize)(void*, std::size_t) = nullptr;    ///< list
   void (*take_out)(void*, std::size_t) = nullptr;  ///< list: removes an element
-  const void* (*held)(const void*) = nullptr;      ///< optional, shared: null = none
-  void* (*hold)(void*) = nullptr;  ///< the held value for changing (of shared a copy), else a new
+  const void* (*held)(const void*) = nullptr;      ///< optional, shared: null = empty
+  void* (*hold)(void*) = nullptr;  ///< the held value for modification (a copy if shared), else a
+                                   ///< new one
   void (*drop)(void*) = nullptr;   ///< optional, shared
   /// table
   void (*each)(const void*, const std::function<void(const std::string&, const void*)>&) = nullptr;
-  void* (*entry)(void*, const std::string&) = nullptr;  ///< made when it is not there
+  void* (*entry)(void*, const std::string&) = nullptr;  ///< created if missing
   void (*erase)(void*, const std::string&) = nullptr;
 
   [[nodiscard]] const Field* field(std::string_view name) const;
@@ -176,18 +178,18 @@ struct Type {
     if (block) return item_for_change(list, i);
     return const_cast<void*>(at(static_cast<const void*>(list), i));  // the list is not const
   }
-  /// Of a list `before`, null = none, that `list` may have come from: how many elements from `i` on
-  /// both hold in one and the same memory, so that they are equal and need no look.
+  /// The number of elements from `i` on that `list` and `before` (null = none), a possible
+  /// ancestor, share in memory, so that they are equal and need no comparison.
   [[nodiscard]] std::size_t shared_from(const void* list, const void* before, std::size_t i) const {
     if (!block || !before || i % block != 0 || i >= length(list) || i >= length(before)) return 0;
     if (item(list, i) != item(before, i)) return 0;
     return length(list) - i < block ? length(list) - i : block;
   }
-  /// "dh" of a word's value; "" when no word has it.
+  /// "dh" for a word's value; "" if there is no word for it.
   [[nodiscard]] std::string_view word_of(const void*) const;
 };
 
-/// A kind of record as its registration says.
+/// A registered kind of record.
 struct KindInfo {
   std::string_view name;       ///< "robot"
   std::string_view extension;  ///< of its files: ".rbt"
@@ -197,9 +199,8 @@ struct KindInfo {
 
 /// [any thread]
 [[nodiscard]] const KindInfo& info(Kind);
-/// A kind that this program does not have by itself. Kinds are never taken away, so that ids stay
-/// what they are; the texts must stay. A name that there is already gives that kind again. [any
-/// thread]
+/// Registers a kind that is not built in. Kinds are never removed, so that ids stay valid; the
+/// texts must outlive the program. An existing name returns its kind. [any thread]
 Kind register_kind(const KindInfo&);
 
 }  // namespace robomosp::model

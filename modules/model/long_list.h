@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// LongList: a list whose copies share the blocks that neither changes, for what records hold in
-// thousands (layer: data processing, model). Why: docs/decisions/0023-one-declaration-a-record.md.
+// LongList: a list with copies that share unchanged blocks, for lists of thousands in records
+// (layer: data processing, model). Why: docs/decisions/0023-one-declaration-a-record.md.
 #pragma once
 
 #include <compare>
@@ -16,8 +16,8 @@
 namespace robomosp::model {
 
 /// Used like a vector that is read through iterators and changed through operator[] and back(),
-/// which copy the element's block when another list has it too: references and iterators hold until
-/// the next change. Copying costs a pointer a block; so does comparing copies. [as std::vector]
+/// which copy the element's block if it is shared: references and iterators are valid until the
+/// next change. Copying and comparing copies costs one pointer per block. [as std::vector]
 template <class T>
 class LongList {
  public:
@@ -118,7 +118,7 @@ class LongList {
     pop_back();
   }
 
-  /// Whether the block of element `i` is one and the same in both.
+  /// True if both share the block of element `i`.
   [[nodiscard]] bool shares_block(const LongList& other, std::size_t i) const {
     const std::size_t b = i / kBlock;
     return b < blocks_.size() && b < other.blocks_.size() && blocks_[b] == other.blocks_[b];
@@ -135,7 +135,7 @@ class LongList {
   std::size_t size_ = 0;
 };
 
-/// Returns how many went.
+/// Returns the number of removed elements.
 template <class T, class Predicate>
 std::size_t erase_if(LongList<T>& list, Predicate&& goes) {
   const auto& all = std::as_const(list);

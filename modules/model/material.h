@@ -14,14 +14,14 @@ namespace robomosp::model {
 
 struct Material {
   std::string description;
-  std::string source;              ///< where the density comes from
+  std::string source;              ///< source of the density
   double density = 1000;           ///< [kg/m^3]; 0 = a look without mass
   Colour colour;                   ///< base (diffuse) colour, sRGB; a = opacity
   double shininess = 0.3;          ///< 0 matt .. 1 mirror-like
   double metalness = 0.0;          ///< 0 paint or plastic .. 1 bare metal
   std::optional<Colour> ambient;   ///< colour in the shade; none = the base colour
   std::optional<Colour> specular;  ///< colour of highlights; none = by metalness
-  Colour emission{0, 0, 0, 1};     ///< light of its own
+  Colour emission{0, 0, 0, 1};     ///< emitted light
   Parametric parametric = {};
 };
 template <class V>

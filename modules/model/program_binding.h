@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What names of programs mean in worlds (layer: data processing, model). SI and radians.
+// Bindings of a program's names in worlds (layer: data processing, model). SI and radians.
 #pragma once
 
 #include <array>
@@ -12,22 +12,22 @@
 
 namespace robomosp::model {
 
-/// What a name of a program means in a world.
+/// Meaning of a program's name in a world.
 enum class BindingKind : std::uint8_t {
   robot,   ///< its robot is that of the world
   signal,  ///< its signal is that of the world
-  grip,    ///< its output, or additional joint, takes and lets go
+  grip,    ///< its output, or additional joint, grips and releases
   joint,   ///< its additional joint is a joint of a robot or mechanism of the world
-  free,    ///< its signal is its own: an input has a value, an output is for nobody
-  point,   ///< its variable is a place on an object or frame of the world
+  free,    ///< its signal is separate: an input has a value, an output has no reader
+  point,   ///< its variable is a point on an object or frame of the world
   value,   ///< its variable is an expression over parameters of an object or of the world
-  task,    ///< its output starts a task of the world, its input tells that it is done
+  task,    ///< its output starts a task of the world, its input reports its end
 };
-/// Whether such a binding gives a variable what it begins with.
+/// True if such a binding sets the initial value of a variable.
 [[nodiscard]] constexpr bool gives_value(BindingKind k) {
   return k == BindingKind::point || k == BindingKind::value;
 }
-/// How files and commands name them, in order of BindingKind.
+/// Their words in files and commands, in order of BindingKind.
 inline constexpr std::array<std::string_view, 8> kBindingWords{"robot", "signal", "grip",  "joint",
                                                                "free",  "point",  "value", "task"};
 constexpr std::span<const std::string_view> words(Of<BindingKind>) { return kBindingWords; }
@@ -43,11 +43,12 @@ struct ProgramBinding {
            ///< the object or frame that a point is on; of a value "" = the world itself
   std::string frame;  ///< robot: frame or object of the world for base targets; "" = its base
   std::string tool;   ///< robot, grip: link, tool or centre point; "" = the robot's tool
-  std::string joint;  ///< joint: its name or number; grip: the robot that takes, "" = the own
-  double reach = 0;   ///< grip: what is farther from the tool stays [m]; 0 = 5 mm
+  std::string joint;  ///< joint: its name or number; grip: the gripping robot, "" = the program's
+                      ///< robot
+  double reach = 0;   ///< grip: objects farther from the tool are ignored [m]; 0 = 5 mm
   double value = 0;   ///< free: of an input
   std::string at;     ///< point: centre point, part, node or feature of the object; "" = its frame
-  /// point: from there, in its axes; expressions, "" = 0
+  /// point: offset from `at`, along its axes; expressions, "" = 0
   std::string x, y, z, roll, pitch, yaw;
   std::string expression;  ///< value
 };

@@ -108,7 +108,7 @@ constexpr void fields(V& v, Of<Spring>) {
 
 /// The joint follows the joint of an earlier link: q = ratio * q_of + offset.
 struct Mimic {
-  std::int32_t link = -1;  ///< index of the link whose joint is followed
+  std::int32_t link = -1;  ///< index of the followed joint's link
   double ratio = 1;        ///< [1, m/rad or rad/m]
   double offset = 0;       ///< [rad or m]
   bool operator==(const Mimic&) const = default;
@@ -231,12 +231,12 @@ constexpr void fields(V& v, Of<NamedPose>) {
   v("q", &NamedPose::q).unit(kByJoint).needed().doc("Joint coordinates, in each joint's unit.");
 }
 
-/// What a loop closure holds together, in the frame on link a.
+/// Relative motion locked by a loop closure, in the frame on link a.
 enum class LoopKind : std::uint8_t {
   point,     ///< the origins meet (a ball joint)
-  revolute,  ///< and the z axes are one (a hinge)
+  revolute,  ///< and the z axes coincide (a hinge)
   planar,    ///< the origins meet in x and y (a hinge of a plane mechanism)
-  weld,      ///< the frames are one
+  weld,      ///< the frames coincide
 };
 /// In order of LoopKind.
 inline constexpr std::array<std::string_view, 4> kLoopWords{"point", "revolute", "planar", "weld"};
@@ -259,7 +259,7 @@ constexpr void fields(V& v, Of<LoopClosure>) {
   v("b", &LoopClosure::in_b).doc("Frame of the joint in the other link.");
 }
 
-/// A tool frame on a link, with what hangs there.
+/// A tool frame on a link, with its payload.
 struct RobotTool {
   std::string name;
   std::int32_t link = -1;                 ///< -1 = base
@@ -299,14 +299,14 @@ constexpr void fields(V& v, Of<AttachedTool>) {
   v("placement", &AttachedTool::placement).flat().doc("The frame of the object in the link's.");
 }
 
-/// What an axis of the maker counts in.
+/// Unit of a maker's axis.
 enum class AxisUnit : std::uint8_t { deg, mm };
 inline constexpr std::array<std::string_view, 2> kAxisUnitWords{"deg", "mm"};
 constexpr std::span<const std::string_view> words(Of<AxisUnit>) { return kAxisUnitWords; }
 
-/// A further joint that an axis of the maker counts.
+/// Contribution of a further joint to a maker's axis.
 struct AxisCoupling {
-  std::int32_t link = -1;  ///< the link whose joint it is
+  std::int32_t link = -1;  ///< the link of that joint
   double ratio = 1;        ///< [1]
   bool operator==(const AxisCoupling&) const = default;
 };
@@ -319,16 +319,16 @@ constexpr void fields(V& v, Of<AxisCoupling>) {
   v("ratio", &AxisCoupling::ratio).doc("Factor of that joint's value.");
 }
 
-/// An axis as the robot's maker names, counts and limits it, which is how controllers show it:
-/// value = sign * joint + the coupled joints times their ratios + offset.
+/// An axis with the name, sign and limits of the robot's maker, as shown by controllers: value =
+/// sign * joint + the coupled joints times their ratios + offset.
 struct MakerAxis {
   std::string name;                   ///< such as "A1"
-  std::int32_t link = -1;             ///< index of the link whose joint it is
+  std::int32_t link = -1;             ///< index of the link moved by the joint
   std::int32_t sign = 1;              ///< 1 or -1
   double offset = 0;                  ///< [rad or m]
   std::vector<AxisCoupling> coupled;  ///< such as joint 2 in FANUC's J3
   AxisUnit unit = AxisUnit::deg;
-  bool external = false;  ///< the controller keeps it as an external axis
+  bool external = false;                                    ///< an external axis of the controller
   double lower = -std::numeric_limits<double>::infinity();  ///< of its value [rad or m]
   double upper = std::numeric_limits<double>::infinity();
 };
@@ -358,7 +358,7 @@ constexpr void fields(V& v, Of<MakerAxis>) {
 
 struct Robot {
   std::string description;
-  std::string source;  ///< where the parameters come from
+  std::string source;  ///< source of the parameters
   Convention convention = Convention::dh;
   MassSource mass_source = MassSource::given;
   Placement base;  ///< mounting_T_base (a world adds its own placement before it)
@@ -375,7 +375,7 @@ struct Robot {
   std::vector<LoopClosure> loops;
   std::vector<NamedPose> poses;
   std::vector<MakerAxis> axes;                ///< in the controller's order; empty = not known
-  std::vector<CollisionPairRule> pair_rules;  ///< of its own bodies
+  std::vector<CollisionPairRule> pair_rules;  ///< of the robot's bodies
   ProviderChoice ik, inverse_dynamics, forward_dynamics, controller;
   Colour skin_colour{0.93F, 0.93F, 0.91F, 1.0F};  ///< generated bodies: tubes
   Colour skin_accent{0.20F, 0.21F, 0.23F, 1.0F};  ///< generated bodies: joints

@@ -55,7 +55,8 @@ constexpr void fields(V& v, Of<CsgGeometry>) {
       .read_only()
       .doc("Digest of its content; equal content has an equal digest.");
   v("source", &CsgGeometry::source).doc("Its origin, for readers.");
-  v.stands_for(4);  // the digest for brep, points and triangles; deviation is never a record's
+  v.stands_for(4);  // the digest replaces brep, points and triangles; records never contain
+                    // deviation
 }
 
 /// One node of a solid's CSG tree, flat, parents before children.
@@ -70,7 +71,7 @@ struct SolidNode {
   std::string select{};                           ///< edges of a fillet or chamfer, see CsgNode
   ProviderChoice primitive{};                     ///< of a custom node (robomosp.primitive/1)
   bool is_global = false;                         ///< placement is solid_T_node
-  /// Of primitives that stand on z = 0: the node's frame is at half their height.
+  /// Of primitives with their base at z = 0: the node's frame is at half their height.
   bool is_centred = false;
 };
 template <class V>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tasks: ordered steps that robots of a world carry out (layer: data processing, model). Robots,
-// objects, frames and signals are named as the world names them, so that one task serves every
-// world that has members of these names. SI and radians.
+// Tasks: ordered steps carried out by robots of a world (layer: data processing, model). Robots,
+// objects, frames and signals are named as in the world, so that one task serves every world with
+// members of these names. SI and radians.
 #pragma once
 
 #include <array>
@@ -18,21 +18,21 @@
 
 namespace robomosp::model {
 
-/// What a step does. Blocks (`repeat`, `when`, `otherwise`) hold the steps that name them as
+/// Kinds of steps. Blocks (`repeat`, `when`, `otherwise`) contain the steps that name them as
 /// parent.
 enum class StepKind : std::uint8_t {
-  move,       ///< a robot goes along a trajectory, or to a named pose, joint vector or tool pose
+  move,       ///< moves a robot along a trajectory, or to a named pose, joint vector or tool pose
   attach,     ///< an object follows a link or tool from now on (gripping, tool change)
   detach,     ///< an object stays where it is
-  set,        ///< a signal takes a value
+  set,        ///< sets a signal
   wait,       ///< for a time, or until a condition over signals is true
   call,       ///< the steps of another task
   repeat,     ///< its steps `count` times
   when,       ///< its steps if a condition over signals is true
-  otherwise,  ///< its steps if that of the `when` right before it is not
+  otherwise,  ///< its steps if the condition of the `when` right before it is false
   message,    ///< a note in the recording
 };
-/// How files and commands name the kinds, in order of StepKind.
+/// Words of the kinds in files and commands, in order of StepKind.
 inline constexpr std::array<std::string_view, 10> kStepWords{
     "move", "attach", "detach", "set", "wait", "call", "repeat", "if", "else", "message"};
 constexpr std::span<const std::string_view> words(Of<StepKind>) { return kStepWords; }
@@ -43,34 +43,34 @@ constexpr std::span<const std::string_view> words(Of<StepKind>) { return kStepWo
   return k == StepKind::repeat || k == StepKind::when || k == StepKind::otherwise;
 }
 
-/// A step. What a kind does not use is left empty.
+/// A step. Fields that do not apply to a kind are empty.
 struct TaskStep {
   StepKind kind = StepKind::message;
   std::int32_t parent = -1;  ///< index of the block it is in (< own index), -1 = the task itself
-  std::string robot;         ///< of the world; "" = the one that the world gives the task
+  std::string robot;         ///< of the world; "" = the default robot of the task in the world
 
   // move: one of trajectory, pose, joints and target
   TrajectoryId trajectory;
   std::string pose;                 ///< a named pose of the robot
   std::vector<double> joints;       ///< [rad, m or 1]
   std::optional<Placement> target;  ///< frame_T_tool; of a trajectory frame_T_trajectory
-  std::string frame;         ///< of the world, or an object, that target stands in; "" = world
+  std::string frame;         ///< reference frame of target: of the world, or an object; "" = world
   std::string profile;       ///< of a joint move: "quintic" (as "") or "trapezoidal"
-  bool is_straight = false;  ///< to a target: the tool goes straight instead of the joints
-  double speed = 1;          ///< share of the limits of the joints, 0 < speed <= 1
+  bool is_straight = false;  ///< to a target: the tool moves along a straight line
+  double speed = 1;          ///< fraction of the joints' limits, 0 < speed <= 1
   double tool_speed = 0;     ///< of a straight move [m/s]; 0 = 0.25
   double duration = 0;       ///< of a move, 0 = as fast as allowed; of a wait [s]
 
   // attach, detach
   std::string object;
   std::string link;  ///< of the robot, or a tool of it; "" = its tool
-  std::string tcp;   ///< attach: centre point of the object that leads moves from now on; "" = none
-  double reach = 0;  ///< attach: what is farther from tool or link stays [m]; 0 = 5 mm
+  std::string tcp;   ///< attach: centre point of the object used by later moves; "" = none
+  double reach = 0;  ///< attach: objects farther from tool or link are ignored [m]; 0 = 5 mm
 
   // set, wait, when
   std::string signal;
   std::string expression;  ///< value or condition over signals and numbers
-  double timeout = 0;      ///< of a wait for a condition [s]; 0 = waits for ever
+  double timeout = 0;      ///< of a wait for a condition [s]; 0 = no timeout
 
   TaskId task;             ///< call
   std::int64_t count = 1;  ///< repeat
@@ -141,7 +141,7 @@ constexpr void fields(V& v, Of<TaskStep>) {
 
 struct Task {
   std::string description;
-  std::vector<TaskStep> steps;  ///< in pre-order: the steps of a block stand right behind it
+  std::vector<TaskStep> steps;  ///< in pre-order: the steps of a block follow it directly
   Parametric parametric = {};
 };
 template <class V>

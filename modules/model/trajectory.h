@@ -13,13 +13,13 @@
 
 namespace robomosp::model {
 
-/// How a segment follows the one before it. Where the two do not meet in position, orientation or
-/// velocity, a smooth piece is put between them.
+/// The transition from the previous segment. If the two do not match in position, orientation or
+/// velocity, a smooth piece is inserted between them.
 struct Transition {
   bool is_smooth = true;  ///< false = none: the two must meet, and the velocity may jump
-  double distance = 0;    ///< of the cut from the corner on both sides, along the path [m]; 0 = by
-                          ///< the neighbours' lengths
-  double speed = 0;       ///< greatest within the piece [m/s]; 0 = of the neighbours
+  double distance = 0;    ///< cut off on both sides of the corner, along the path [m]; 0 = from the
+                          ///< neighbours' lengths
+  double speed = 0;       ///< greatest speed in the piece [m/s]; 0 = of the neighbours
   bool operator==(const Transition&) const = default;
 };
 template <class V>
@@ -47,10 +47,10 @@ constexpr void fields(V& v, Of<Transition>) {
 /// joint_segment/2) with its control poses or joint vectors; or another trajectory, run again.
 struct TrajectorySegment {
   ProviderChoice shape;        ///< "line", "circle", "ptp", ...; with the parameters of all three
-  ProviderChoice law;          ///< of a curve: how the tool runs along it; none = constant_speed
-  ProviderChoice orientation;  ///< of a curve: how the tool turns; none = slerp
-  ProviderChoice turning;      ///< of a curve: a motion law of its own for the turn, over the
-                               ///< segment's duration; none = the tool turns with the way
+  ProviderChoice law;          ///< of a curve: how the tool moves along it; empty = constant_speed
+  ProviderChoice orientation;  ///< of a curve: how the tool turns; empty = slerp
+  ProviderChoice turning;      ///< of a curve: a separate timing law for the rotation, over the
+                               ///< segment's duration; empty = the tool turns with the path
   std::vector<Placement> points;
   std::vector<std::vector<double>> joints;  ///< of a joint segment [rad or m]
   TrajectoryId stored;                      ///< run this one instead; then no shape
@@ -60,7 +60,7 @@ struct TrajectorySegment {
 template <class V>
 constexpr void fields(V& v, Of<TrajectorySegment>) {
   constexpr auto is_stored = [](const void* s) {
-    // While a file is read the other trajectory is not known yet.
+    // While a file is read, the other trajectory is not known yet.
     const auto& segment = *static_cast<const TrajectorySegment*>(s);
     return segment.stored || segment.shape.name.empty();
   };
@@ -90,22 +90,23 @@ constexpr void fields(V& v, Of<TrajectorySegment>) {
   v("transition", &TrajectorySegment::transition).doc("Transition from the segment before.");
 }
 
-/// Edges of a solid that a trajectory runs along, and how. Its segments are made of them again when
+/// Edges of a solid that a trajectory follows, with parameters. Its segments are recomputed when
 /// the solid changes. In the solid's frame.
 struct EdgePath {
   SolidId solid;
   std::vector<std::int64_t> edges;   ///< in order; numbers of solid.edges, 1 = the first
-  bool is_reversed = false;          ///< the other way round
-  Vec3 from{};                       ///< direction that the tool comes from; 0 = between the faces
-  double tilt = 0;                   ///< of the tool about the path [rad]
-  double lead = 0;                   ///< about the tool's y after that [rad]
-  double stand_off = 0;              ///< from the edge, along the tool [m]
-  double lead_in = 0, lead_out = 0;  ///< straight on before the first edge, after the last [m]
+  bool is_reversed = false;          ///< in the opposite direction
+  Vec3 from{};                       ///< direction from which the tool comes; 0 = between the faces
+  double tilt = 0;                   ///< rotation of the tool about the path [rad]
+  double lead = 0;                   ///< then about the tool's y [rad]
+  double stand_off = 0;              ///< distance from the edge, along the tool [m]
+  double lead_in = 0, lead_out = 0;  ///< straight extension before the first edge, after the last
+                                     ///< [m]
   double approach = 0, retract = 0;  ///< along the tool [m]
   double speed = 0;                  ///< along the edges [m/s]
   double travel_speed = 0;           ///< of approach, retract and corners [m/s]; 0 = speed
   double acceleration = 0;           ///< [m/s^2]; 0 = the default of the motion law
-  double chord = 0;                  ///< of edges that are no lines or arcs [m]; 0 = the solid's
+  double chord = 0;                  ///< for edges other than lines and arcs [m]; 0 = the solid's
   bool operator==(const EdgePath&) const = default;
 };
 template <class V>
@@ -160,7 +161,7 @@ struct Trajectory {
   double sample_time = 0.01;  ///< default time between samples [s]
   std::vector<TrajectorySegment> segments;
   Parametric parametric = {};
-  std::optional<EdgePath> along = {};  ///< what the segments are made of; none = they were given
+  std::optional<EdgePath> along = {};  ///< source of the segments; empty = given directly
 };
 template <class V>
 constexpr void fields(V& v, Of<Trajectory>) {

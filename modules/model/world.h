@@ -35,8 +35,8 @@ constexpr void fields(V& v, Of<PlacedObject>) {
   v("placement", &PlacedObject::placement).flat().doc("Its frame in the world's.");
 }
 
-/// How the mounting of a robot is held: where it is placed, or moved along a trajectory. What
-/// moves it makes no difference to the robot; the words are those of the program of 2006.
+/// How the mounting of a robot is held: fixed, or moved along a trajectory. The cause of the motion
+/// does not matter to the robot; the words are those of the program of 2006.
 enum class BaseKind : std::uint8_t { fixed, free_flying, free_floating, serpentine };
 inline constexpr std::array<std::string_view, 4> kBaseWords{"fixed", "free_flying", "free_floating",
                                                             "serpentine"};
@@ -48,8 +48,8 @@ struct PlacedRobot {
   Placement placement;         ///< world_T_mounting
   std::vector<double> q = {};  ///< joint values shown; empty = the pose "home" or zeros
   BaseKind base = BaseKind::fixed;
-  /// Of the world, how the mounting moves in runs: its frame is that of the mounting. "" = it
-  /// stands where it is placed. Not of a fixed base.
+  /// Trajectory of the world that moves the mounting in runs: its frame is that of the mounting. ""
+  /// = the mounting stays at its placement. Not for a fixed base.
   std::string base_trajectory = {};
 };
 template <class V>
@@ -77,7 +77,7 @@ constexpr void fields(V& v, Of<PlacedTrajectory>) {
   v("placement", &PlacedTrajectory::placement).flat().doc("Its frame in the world's.");
 }
 
-/// A named place that tasks and people refer to.
+/// A named frame for tasks and users.
 struct PlacedFrame {
   std::string name;
   Placement placement;  ///< world_T_frame
@@ -90,7 +90,7 @@ constexpr void fields(V& v, Of<PlacedFrame>) {
 
 enum class LightKind : std::uint8_t {
   sun,    ///< parallel light along -z of its frame
-  point,  ///< from its origin to all sides
+  point,  ///< from its origin in all directions
   spot,   ///< from its origin along -z of its frame, within `angle` of it
 };
 inline constexpr std::array<std::string_view, 3> kLightWords{"sun", "point", "spot"};
@@ -100,8 +100,8 @@ struct PlacedLight {
   std::string name;
   LightKind kind = LightKind::point;
   Placement placement;   ///< world_T_light
-  Colour colour;         ///< sRGB; a is of no account
-  double intensity = 1;  ///< 1 = as bright as the program's own
+  Colour colour;         ///< sRGB; a is ignored
+  double intensity = 1;  ///< 1 = as bright as the program's default light
   double angle = 0.5;    ///< half the opening of a spot [rad]
 };
 template <class V>
@@ -121,7 +121,7 @@ constexpr void fields(V& v, Of<PlacedLight>) {
 struct PlacedTask {
   std::string name;
   TaskId task;
-  std::string robot;  ///< that steps mean which name none; "" = every step names its own
+  std::string robot;  ///< robot of steps that name none; "" = every step names one
 };
 template <class V>
 constexpr void fields(V& v, Of<PlacedTask>) {
@@ -134,7 +134,7 @@ enum class SignalKind : std::uint8_t { digital, analogue };
 inline constexpr std::array<std::string_view, 2> kSignalWords{"digital", "analogue"};
 constexpr std::span<const std::string_view> words(Of<SignalKind>) { return kSignalWords; }
 
-/// A wire between two devices; tasks set it and wait for it.
+/// A signal line between two devices; tasks set it and wait for it.
 struct Signal {
   std::string name;  ///< a letter, then letters, digits and _
   SignalKind kind = SignalKind::digital;
@@ -154,11 +154,11 @@ constexpr void fields(V& v, Of<Signal>) {
   v("description", &Signal::description).doc("Its description.");
 }
 
-/// A program that runs in the world, and what its names mean there.
+/// A program in the world, with the bindings of its names.
 struct PlacedProgram {
   std::string name;   ///< unique in the world
   AnyId program;      ///< of kind program
-  std::string robot;  ///< of the world, that motions mean which name none; "" = its only one
+  std::string robot;  ///< robot of the world for motions that name none; "" = its only one
   std::vector<ProgramBinding> bindings;
 };
 template <class V>
@@ -170,7 +170,7 @@ constexpr void fields(V& v, Of<PlacedProgram>) {
   v("bindings", &PlacedProgram::bindings).doc("Bindings of its names.");
 }
 
-/// An object that a robot holds when the world starts.
+/// An object that a robot holds at the start.
 struct Attachment {
   std::string object, robot;
   std::string link;         ///< of the robot, or a tool of it; "" = its tool
@@ -197,9 +197,9 @@ struct World {
   std::vector<PlacedTask> tasks;
   std::vector<PlacedProgram> programs;
   std::vector<Signal> signals;
-  std::vector<Attachment> attachments;  ///< at most one an object
+  std::vector<Attachment> attachments;  ///< at most one per object
   std::vector<CollisionPairRule> pair_rules;
-  Parametric parametric;  ///< its parameters are known to all records as `<name>.<parameter>`
+  Parametric parametric;  ///< its parameters are available to all records as `<name>.<parameter>`
 };
 template <class V>
 constexpr void fields(V& v, Of<World>) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bridge: the piece of fifth degree between two states of the tool (layer: data processing,
-// motion).
+// Bridge: a quintic motion between two states of the tool (layer: data processing, motion).
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@
 
 namespace robomosp::motion {
 
-/// From one state of the tool to another in a given time: polynomials of fifth degree for the
+/// Moves from one state of the tool to another in a given time: quintic polynomials for the
 /// position and for the rotation vector from the first orientation. [any thread]
 class Bridge final : public Segment {
  public:
@@ -25,10 +24,10 @@ class Bridge final : public Segment {
   [[nodiscard]] double length() const override { return length_; }
   Result<void> sample(std::span<const double> times, std::span<PathSample> out) const override;
 
-  /// Place, and rotation vector from the first orientation, at a share of the duration.
+  /// Position, and rotation vector from the first orientation, at a fraction of the duration.
   [[nodiscard]] Vec3 place(double share) const;
   [[nodiscard]] Vec3 turn(double share) const;
-  [[nodiscard]] double jerk(double share) const;  ///< of the place [m/s^3]
+  [[nodiscard]] double jerk(double share) const;  ///< of the position [m/s^3]
 
  private:
   using Quintics = std::array<spatial::Quintic, 3>;
@@ -37,11 +36,11 @@ class Bridge final : public Segment {
   Pose start_;
 };
 
-/// Greatest rates within a bridge, and the speed in its middle [SI].
+/// Greatest rates within a bridge, and its speed at half time [SI].
 struct BridgePeaks {
   double speed = 0, acceleration = 0, jerk = 0;
   double turning = 0, spin = 0, angular_jerk = 0;
-  double middle = 0;             ///< speed half way in time [m/s]
+  double middle = 0;             ///< speed at half the duration [m/s]
   double acceleration_time = 0;  ///< of the greatest acceleration, from the start [s]
 };
 BridgePeaks peaks_of(const Bridge&);

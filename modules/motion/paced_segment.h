@@ -15,7 +15,7 @@
 namespace robomosp::motion {
 
 /// Pace along a segment: 1 is the segment's own timing, 0.5 half of its speed. The pace changes by
-/// 3 x^2 - 2 x^3 over time: the acceleration has no jump where a change begins and ends.
+/// 3 x^2 - 2 x^3 over time: the acceleration is continuous at the ends of a change.
 struct Pace {
   double start = 1, middle = 1, end = 1;
   double first = 0, last = 0;  ///< time of the change at the start and at the end [s]
@@ -38,7 +38,7 @@ Result<SegmentPeaks> peaks_of(const Segment&);
 /// Length of the tool's path between two times of a segment, by Simpson's rule [m].
 Result<double> length_between(const Segment&, double from, double to);
 
-/// A segment from one of its times to another. [any thread]
+/// A part of a segment between two of its times. [any thread]
 class PacedSegment final : public Segment {
  public:
   /// `pace.taken()` is at most to - from; the paces are above zero.
@@ -61,19 +61,19 @@ class PacedSegment final : public Segment {
   double duration_, length_;
 };
 
-/// A stretch of a segment that is to begin and end at given paces.
+/// A part of a segment that must begin and end at given paces.
 struct PaceTask {
   std::shared_ptr<const Segment> segment;
   double from = 0, to = 0;  ///< of the segment's time [s]
-  SegmentLimits limits;     ///< kept while the pace changes; own accelerations above them as well
+  SegmentLimits limits;     ///< kept while the pace changes, unless the segment itself exceeds them
   SegmentPeaks peaks;       ///< of the whole segment
-  double ease_start = 0, ease_end = 0;  ///< own time of a change without limits [s]
+  double ease_start = 0, ease_end = 0;  ///< segment time of a change without limits [s]
 };
 
-/// The pace of the task between `start` and `end` with the fastest middle; nullopt = there is no
-/// room for the change.
+/// The pace of the task between `start` and `end` with the fastest middle; nullopt = the segment is
+/// too short for the change.
 Result<std::optional<Pace>> find_pace(const PaceTask&, double start, double end);
-/// The same without a faster middle: whether the change itself has room.
+/// The same without a faster middle: true if the segment is long enough for the change itself.
 Result<bool> has_pace(const PaceTask&, double start, double end);
 
 }  // namespace robomosp::motion

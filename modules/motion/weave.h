@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weaving: a path to whose sides the tool swings, as for broad seams (layer: data processing).
+// Weaving: a path with sideways oscillations of the tool, as for broad seams (layer: data
+// processing).
 #pragma once
 
 #include <memory>
@@ -13,23 +14,24 @@
 
 namespace robomosp::motion {
 
-/// Swings across a path: a sine over the way along it. The side is across the way and the tool's z.
+/// Oscillation across a path: a sine over the distance along it. Its direction is perpendicular to
+/// the path and to the tool's z.
 struct Weave {
   double amplitude = 0;  ///< to each side [m]
-  double length = 0;     ///< of the path for one swing to both sides and back [m], > 0
+  double length = 0;     ///< distance along the path for one full oscillation [m], > 0
 };
 
-/// Swings laid over a path. They grow from nothing within the first swing of each piece and cease
-/// within the last one (each half of the piece, where it is shorter than two swings), so that
-/// place, velocity and acceleration at the ends of a piece are those of the path itself. Pieces
-/// without a way, which only turn the tool, have no swings. Immutable. [any thread]
+/// Oscillations superposed on a path. Their amplitude grows from zero within the first oscillation
+/// of each piece and decays within the last one (each half of the piece if it is shorter than two
+/// oscillations), so that position, velocity and acceleration at the ends of a piece are those of
+/// the path itself. Pieces that only turn the tool have none. Immutable. [any thread]
 class Weaving {
  public:
-  /// Measures the way along each piece.
+  /// Measures the length along each piece.
   static Result<Weaving> over(std::shared_ptr<const Path>, const Weave&);
-  /// Moves samples that are those of the path at these times [s] to the side, with their
-  /// velocities and accelerations. ErrorCode::unsupported where the tool's z lies along the way (to
-  /// 5 degrees), so that it has no sides.
+  /// Displaces samples of the path at these times [s], and adjusts their velocities and
+  /// accelerations. ErrorCode::unsupported if the tool's z is along the path (within 5 degrees), so
+  /// that the direction is undefined.
   Result<void> move(std::span<const double> times, std::span<PathSample> samples) const;
 
  private:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program that runs by itself, with an operator and files, and without a robot (layer: data
-// processing, program).
+// Runs a program without a robot, with an operator and files (layer: data processing, program).
 #pragma once
 
 #include <cstdint>
@@ -20,8 +19,8 @@
 
 namespace robomosp::program {
 
-/// Whom such a program talks to. An error ends the program at the line that asked. [the thread that
-/// runs]
+/// User interface of such a program. An error ends the program at the line of the call. [the thread
+/// that runs it]
 class Operator {
  public:
   virtual ~Operator() = default;
@@ -29,11 +28,11 @@ class Operator {
   virtual Result<void> says(std::string_view) = 0;
   /// READ: a line without its end.
   virtual Result<std::string> line() = 0;
-  /// PAUSE; returns when the program is to go on.
+  /// PAUSE; returns when the program should continue.
   virtual Result<void> pause(std::string_view message) = 0;
-  /// The time of the program comes to `now` [s]; may wait as long.
+  /// The program's time reaches `now` [s]; may wait that long.
   virtual Result<void> time(double now) = 0;
-  /// What it does: a motion, an output, a wait; `what` in words of the language.
+  /// Reports an action: a motion, an output, a wait; `what` is in terms of the language.
   virtual Result<void> does(double now, const std::string& file, std::uint32_t line,
                             const std::string& what) = 0;
   /// OPEN and CLOSE: names are those of the program.
@@ -44,7 +43,7 @@ class Operator {
 struct AloneOptions {
   std::map<std::string, SignalValue> inputs;  ///< by name, any case
   std::vector<Preset> values;
-  bool is_traced = false;  ///< Operator::does is wanted
+  bool is_traced = false;  ///< call Operator::does
   Limits limits{};
 };
 struct Ended {
@@ -56,10 +55,10 @@ struct Ended {
   std::vector<std::pair<std::string, std::string>> outputs;
 };
 
-/// Runs a program to its end. Motions take no time and reach their targets; WAIT t SEC takes its
-/// time, as the operator says. Where the robot is, is known behind a motion to a place, and never
-/// with its joints. Faults are errors with file, line and column; so is an input without a value
-/// where it is asked for, and a wait that nothing can end.
+/// Runs a program to its end. Motions take no time and reach their targets; WAIT t SEC lasts as
+/// long as the operator decides. The robot's pose is known after a motion to a place, its joints
+/// never. Faults are errors with file, line and column, and so are reading an input without a
+/// value, and a wait that nothing can end.
 Result<Ended> run_alone(std::shared_ptr<const CompiledProgram>, const AloneOptions&, Operator&,
                         const Progress&);
 

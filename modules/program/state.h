@@ -37,8 +37,8 @@ struct Slot {
   static Slot of_real(double v) { return {std::bit_cast<std::uint64_t>(v)}; }
 };
 
-// Handles are patterns that no finite REAL and no INT has, so that whatever looks like one in a
-// slot is one.
+// Handles are bit patterns that no finite REAL and no INT has, so that they are recognised in
+// slots.
 inline constexpr std::uint64_t kTagMask = 0xffff'0000'0000'0000;
 inline constexpr std::uint64_t kTextTag = 0xfff5'0000'0000'0000;
 inline constexpr std::uint64_t kListTag = 0xfff6'0000'0000'0000;
@@ -52,7 +52,7 @@ inline constexpr std::uint64_t kConstantAddress = std::uint64_t{1} << 61;
 
 enum Space : std::uint8_t { kFrame = 0, kGlobal = 1, kConstant = 2 };
 
-/// What three-address code becomes.
+/// Operations decoded from three-address code.
 enum class Do : std::uint16_t {
   copy1,
   copy_n,
@@ -136,7 +136,7 @@ struct Op {
   std::uint32_t a = 0, b = 0, r = 0, n = 0;
 };
 
-/// Where a value stands, for what has many.
+/// The address of a value.
 struct Place {
   std::uint8_t space = kFrame;
   bool is_reference = false;  ///< the two slots hold its address
@@ -146,7 +146,7 @@ struct Place {
 
 struct TypeInfo {
   std::uint32_t slots = 0;  ///< of a value
-  std::uint32_t shape = 0;  ///< equal for types whose values are copied to each other
+  std::uint32_t shape = 0;  ///< equal for types with values that can be copied to each other
   std::uint32_t kind = 0, element = 0, element_slots = 0;
   std::int32_t lower = 0;
   std::uint32_t length = 0;  ///< array
@@ -206,12 +206,12 @@ enum class Fn : std::uint8_t {
   release,
   get_status,
   abs_int,
-  for_step,      ///< STEP of a FOR that is computed: 0 is a fault
-  robot_joints,  ///< R_JOINT_ACT, R_ROBTARGET_ACT, R_SPEED_ACT: what the process's robot does
+  for_step,      ///< computed STEP of a FOR: 0 is a fault
+  robot_joints,  ///< R_JOINT_ACT, R_ROBTARGET_ACT, R_SPEED_ACT: state of the process's robot
   robot_target,
   robot_flange,
   robot_speed,
-  act_robot,  ///< R_ACT_ROB; with an argument it is chosen
+  act_robot,  ///< R_ACT_ROB; with an argument, selects it
   brake
 };
 
@@ -222,7 +222,7 @@ struct IntrinsicCall {
   std::vector<Place> arguments;
   Place result;
   bool has_result = false;
-  std::uint32_t robot = kNone;  ///< symbol that is named as an argument
+  std::uint32_t robot = kNone;  ///< symbol of the argument
 };
 struct CallInfo {
   std::uint32_t routine = 0;
@@ -248,14 +248,14 @@ struct MoveInfo {
   std::uint32_t until = kNone;   ///< first op of the condition
   std::uint32_t action = kNone;  ///< routine
   std::uint32_t condition = kNone;
-  std::uint32_t order = 0;  ///< how many MOVE stand before it in its routine
+  std::uint32_t order = 0;  ///< number of MOVE statements before it in its routine
 };
 struct WaitInfo {
   std::uint32_t begin = 0, test = 0;  ///< ops
   std::uint32_t condition = kNone;
   std::uint32_t order = 0;
 };
-/// What a condition looks at.
+/// Inputs of a condition.
 struct ConditionInfo {
   std::vector<std::uint32_t> signals;
   bool each_cycle = false;
@@ -273,12 +273,12 @@ struct RoutineInfo {
   std::uint32_t condition = kNone;
 };
 
-/// What debuggers look up, made for the first that does.
+/// Index for debuggers, built on first use.
 struct DebugIndex {
-  /// First ops of statements by file, line and column; of one place the earlier ones first.
+  /// First ops of statements by file, line and column; earlier ones first at one place.
   std::vector<std::uint32_t> statements;
   std::unordered_map<std::string, std::vector<std::uint32_t>> symbols;  ///< by name in capitals
-  std::unordered_map<std::string, std::uint32_t> routines;  ///< the same; of one name the last
+  std::unordered_map<std::string, std::uint32_t> routines;  ///< the same; the last of equal names
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> locals;  ///< symbols of a routine
 };
 
@@ -294,7 +294,7 @@ struct Machine::Code {
   std::vector<std::string> constant_texts;
   std::vector<std::uint32_t> constant_slot;  ///< by constant
   std::uint32_t globals = 0;
-  std::vector<Place> place_of;               ///< by symbol; offset kNone = it has none
+  std::vector<Place> place_of;               ///< by symbol; offset kNone = none
   std::vector<std::uint32_t> taught_offset;  ///< by symbol: its copy of taught values; kNone = none
   std::vector<CallInfo> calls;
   std::vector<IntrinsicCall> intrinsics;
@@ -303,11 +303,11 @@ struct Machine::Code {
   std::vector<ConditionInfo> conditions;
   std::vector<std::vector<LiveField>> live;  ///< by number in Op::n of refresh
   std::vector<std::uint32_t> live_symbol;
-  /// Robots that R_ACT_ROB may be: symbol, number in `live`; of those whose type it has.
+  /// Robots selectable by R_ACT_ROB: symbol, index in `live`; only robots of matching type.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> robots;
   std::vector<std::uint32_t> data_lists;     ///< routines
   std::vector<std::uint32_t> statement_ops;  ///< first op of each statement, ascending
-  // System variables: offsets of globals; kNone = the program has no such one.
+  // System variables: offsets of globals; kNone = not in the program.
   std::uint32_t r_speed = kNone, r_speed_ori = kNone, r_acc = kNone, r_move_time = kNone,
                 r_c_cp = kNone, r_c_speed = kNone, r_wobble_amplitude = kNone,
                 r_wobble_length = kNone, r_speed_ptp = kNone, r_acc_ptp = kNone, r_c_ptp = kNone,
@@ -332,11 +332,11 @@ struct Machine::Code {
   [[nodiscard]] std::string routine_name(std::uint32_t r) const {
     return symbol(routine(r).symbol).name;
   }
-  /// As a declaration writes it.
+  /// As written in a declaration.
   [[nodiscard]] std::string type_name(std::uint32_t t) const;
   [[nodiscard]] Signal signal(std::uint32_t symbol) const;
   [[nodiscard]] const DebugIndex& debug_index() const;  ///< [any thread]
-  /// First op of the first statement of a file at or behind a line; kNone = there is none.
+  /// First op of the first statement of a file at or after a line; kNone = none.
   [[nodiscard]] std::uint32_t statement_at(std::uint32_t file, std::uint32_t line) const;
 
  private:
@@ -344,7 +344,7 @@ struct Machine::Code {
   mutable DebugIndex index_;
 };
 
-/// Breakpoints; copies of a machine share them until one changes its own.
+/// Breakpoints; copies of a machine share them until one is changed.
 struct BreakpointSet {
   struct One {
     Breakpoint what;  ///< without its hits
@@ -354,7 +354,7 @@ struct BreakpointSet {
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> numbers;  ///< by op, ascending
   std::vector<bool> is_at;                                                ///< by op
 };
-/// How often breakpoints were hit, by number; those that were.
+/// Hits of breakpoints, by number; only nonzero ones.
 using BreakpointHits = std::map<std::uint32_t, std::uint64_t>;
 
 /// Texts, lists and files, by handle.
@@ -378,7 +378,7 @@ struct Heap {
   std::vector<List> lists;
   std::vector<std::uint32_t> free_lists;
   std::vector<File> files;
-  std::uint64_t bytes = 0;  ///< of texts, lists and files, with what is no longer used
+  std::uint64_t bytes = 0;  ///< of texts, lists and files, including garbage
   std::uint64_t collect_at = 1 << 20;
 };
 
@@ -391,36 +391,37 @@ enum class Waits : std::uint8_t {
   semaphore,
   pause,
   line,
-  brake  ///< until the robots of `braked` stand
+  brake  ///< until the robots of `braked` are at rest
 };
-/// What a process waits for, so that an interrupt can put it aside.
+/// The wait state of a process, which an interrupt can suspend.
 struct WaitState {
   Waits kind = Waits::nothing;
   double until = 0;
-  std::uint32_t most_open = 0;  ///< motion: goes on when at most so many are open
-  bool is_behind = false;       ///< its statement is the one before
+  std::uint32_t most_open = 0;  ///< motion: continues if at most this many are open
+  bool is_behind = false;       ///< its statement is the previous one
   bool own_level = false;       ///< motion: counts those of its interrupt level only
   std::uint32_t move = kNone;   ///< motion with UNTIL: row of Code::moves
   bool is_aborted = false;      ///< by UNTIL
-  std::uint64_t motion = 0;     ///< that UNTIL is about
+  std::uint64_t motion = 0;     ///< motion of UNTIL
   bool is_granted = false;      ///< semaphore, pause
   std::uint64_t address = 0;    ///< semaphore
   std::uint64_t ticket = 0;
-  std::uint64_t looked = ~std::uint64_t{0};  ///< State::progress when its condition was looked at
+  std::uint64_t looked = ~std::uint64_t{0};  ///< State::progress at the last evaluation of its
+                                             ///< condition
   std::string message;
   std::vector<std::uint64_t> braked;  ///< brake: motions
-  bool holds = false;                 ///< brake: they are held, and not ended
+  bool holds = false;                 ///< brake: they are held rather than ended
 };
 struct Frame {
   std::uint32_t routine = 0;
   std::uint32_t base = 0;  ///< of its slots in the stack
-  std::uint32_t back = 0;  ///< op to go on at
+  std::uint32_t back = 0;  ///< op at which to continue
   FrameKind kind = FrameKind::call;
-  bool is_condition = false;   ///< the flow in it is a condition of UNTIL or an interrupt
-  std::uint32_t wait = kNone;  ///< WAIT FOR whose condition runs
+  bool is_condition = false;   ///< it evaluates a condition of UNTIL or an interrupt
+  std::uint32_t wait = kNone;  ///< WAIT FOR with a condition being evaluated
   double deadline = 0, timeout = 0;
   bool has_deadline = false;
-  bool is_waived = false;    ///< WAIT FOR goes on as if its condition held
+  bool is_waived = false;    ///< WAIT FOR continues as if its condition held
   std::uint64_t result = 0;  ///< address; of `result_slots`
   bool has_result = false;
   std::vector<WaitState> put_aside;  ///< interrupt: of the process; at most one
@@ -429,7 +430,7 @@ struct Frame {
 };
 struct OpenMotion {
   std::uint64_t number = 0;
-  std::uint32_t level = 0;  ///< interrupts within each other when it began
+  std::uint32_t level = 0;  ///< nested interrupts when it began
   bool approximates = false;
   rmp_span span{};
   std::uint32_t robot = kNone;  ///< symbol; kNone = the program's own
@@ -450,14 +451,14 @@ struct Process {
   WaitState wait;
   std::vector<OpenMotion> open;
   std::vector<EnabledInterrupt> interrupts;
-  std::uint32_t level = 0;  ///< interrupts that run
+  std::uint32_t level = 0;  ///< running interrupts
   bool is_stopped = false;
   bool is_ended = false;
-  std::uint32_t robot = kNone;      ///< R_ACT_ROB: the symbol that was chosen
-  std::size_t condition_depth = 0;  ///< frames when a condition of UNTIL or WHEN runs; 0 = none
-  std::uint64_t used = 0;           ///< of the slice of this run()
-  std::string input;                ///< of the operator, not read yet
-  std::uint64_t counted = 0;        ///< of its bytes in State::process_bytes
+  std::uint32_t robot = kNone;      ///< R_ACT_ROB: the selected symbol
+  std::size_t condition_depth = 0;  ///< frames when a condition of UNTIL or WHEN started; 0 = none
+  std::uint64_t used = 0;           ///< used part of the slice of this run()
+  std::string input;                ///< operator input not read yet
+  std::uint64_t counted = 0;        ///< its bytes counted in State::process_bytes
   [[nodiscard]] std::uint64_t bytes() const {
     return stack.size() * sizeof(Slot) + frames.size() * sizeof(Frame) + input.size();
   }
@@ -470,20 +471,20 @@ struct Machine::State {
   std::vector<std::uint32_t> process_at;  ///< by routine: which of them; kNone = none yet
   std::vector<std::uint32_t>
       enabled_by;                   ///< by routine of an interrupt: which of them; kNone = none
-  std::uint64_t process_bytes = 0;  ///< of all as they were counted last
-  std::uint64_t looks = 0;          ///< how often one was asked whether it goes on
+  std::uint64_t process_bytes = 0;  ///< of all processes at the last count
+  std::uint64_t looks = 0;          ///< number of checks whether a process can continue
   Heap heap;
   double now = 0;
   bool has_begun = false;
   std::uint64_t next_motion = 1, next_ticket = 1, progress = 0, instructions = 0;
   bool has_taught = false;
   std::vector<bool> is_taught;  ///< by symbol
-  rmp_span timeout_unknown{};   ///< WAIT FOR whose TIMEOUT a flat run does not know
+  rmp_span timeout_unknown{};   ///< WAIT FOR with a TIMEOUT that a flat run cannot decide
   bool is_timeout_unknown = false;
   Status status;
   // Debugger.
   std::shared_ptr<BreakpointSet> breakpoints;  ///< null = there are none
-  std::shared_ptr<BreakpointHits> hits;        ///< null = none was
+  std::shared_ptr<BreakpointHits> hits;        ///< null = no hits
   std::uint32_t next_breakpoint = 1;
   bool is_stepping = false, wants_pause = false;
   std::uint32_t entry_op = kNone;  ///< where it stops once
@@ -492,31 +493,31 @@ struct Machine::State {
   std::uint32_t step_process = 0;
   std::size_t step_depth = 0;
   rmp_span step_from{};
-  std::uint32_t resume_op = kNone;  ///< where it has stopped: not again at once
+  std::uint32_t resume_op = kNone;  ///< where it stopped: not again at once
   std::uint32_t resume_process = kNone;
-  /// Where it stops once, as another run stands.
+  /// Stop once at the place of another, stopped run.
   struct Again {
     std::uint32_t op = kNone;  ///< kNone = nowhere
     std::uint32_t process = 0;
-    std::uint64_t instructions = 0;  ///< so far; 0 = however many
+    std::uint64_t instructions = 0;  ///< instructions executed there; 0 = any number
     std::string condition;           ///< "" = none
     double until = 0;                ///< [s]
     StopReason reason = StopReason::step;
     std::uint32_t breakpoint = 0;
   };
   Again again;
-  std::uint32_t running = 0;  ///< routine of the process that asks the world
+  std::uint32_t running = 0;  ///< routine of the process that is calling the world
   // Journal.
   bool keeps_journal = false;
   std::vector<bool> has_run;  ///< by op
   std::vector<EndedWait> timeouts;
 };
 
-/// What copies share, for changes: made where there is none, copied where others have it too.
+/// Data shared by copies, for modification: created if null, copied if shared.
 template <class T>
 T& own_part(std::shared_ptr<T>& part) {
   if (!part) part = std::make_shared<T>();
-#if defined(__SANITIZE_THREAD__)  // knows no fences: there it copies in any case
+#if defined(__SANITIZE_THREAD__)  // without support for fences: always copies
   part = std::make_shared<T>(*part);
 #else
   if (part.use_count() > 1) part = std::make_shared<T>(*part);
@@ -525,18 +526,18 @@ T& own_part(std::shared_ptr<T>& part) {
   return *part;
 }
 
-/// What a flat run wants to hear of (trace.cpp).
+/// Callbacks of a flat run (trace.cpp).
 class Observer {
  public:
   virtual ~Observer() = default;
-  /// A condition of WAIT FOR asks for a signal that is not known. True = it is noted, and the
-  /// program goes on as if it held; false = it is a fault.
+  /// Called when WAIT FOR reads an unknown signal. Returns true if it was recorded and the program
+  /// continues as if the condition held; false = a fault.
   virtual Result<bool> unknown_wait(std::uint32_t process, const WaitInfo&, double timeout) = 0;
   virtual Result<void> waits_for_time(std::uint32_t process, double seconds, const rmp_span&) = 0;
   virtual Result<void> halts(std::uint32_t process, const rmp_span&) = 0;
-  /// A motion is about to begin; its process stands at it.
+  /// Called before a motion begins; its process is at that statement.
   virtual Result<void> moves(std::uint32_t process, const MoveInfo&) = 0;
-  /// This process asks the world next, from here.
+  /// Called before a process calls the world, with its position.
   virtual void running(std::uint32_t process, const rmp_span&) = 0;
 };
 
@@ -554,11 +555,11 @@ class Run {
   [[nodiscard]] Heap::List* list_of(Slot);
   [[nodiscard]] const Heap::List* list_of(Slot) const;
   Slot new_list();
-  /// Slots at an address, `count` of them; nullptr = it is none (of damaged code).
+  /// `count` slots at an address; nullptr = invalid (damaged code).
   [[nodiscard]] Slot* at(Process&, std::uint64_t address, std::uint64_t count, bool writes);
-  /// Copies of the lists in a value, in place. The address stays good where a pointer would not.
+  /// Copies the lists in a value, in place. The address stays valid where a pointer would not.
   bool deepen(Process&, std::uint32_t type, std::uint64_t address);
-  /// Whether so many bytes more fit, perhaps behind a collection; else it is a fault.
+  /// True if this many more bytes fit, possibly after garbage collection; else it is a fault.
   bool has_room(std::uint64_t more);
   [[nodiscard]] bool equal(std::uint32_t type, const Slot* a, const Slot* b) const;
   void append_text(std::uint32_t type, const Slot* slots, std::string& out, std::size_t most) const;
@@ -571,19 +572,19 @@ class Run {
   // ---- processes.cpp ----
   bool look(Process&);
   bool look_at(Process&);
-  /// Takes over what a process needs now into the sum.
+  /// Updates the memory sum by the current size of a process.
   void count_bytes(Process&);
-  /// Whether nothing that others do in this run() lets it go on, but what calls wake().
+  /// True if no action of other processes in this run() can wake it, except by wake().
   [[nodiscard]] bool sleeps(const Process&) const;
-  /// It is asked again in this run().
+  /// Schedules it again in this run().
   void wake(const Process&);
   bool interrupts(Process&);
   Next condition(Process&, std::uint32_t op);
   bool poll(Process&);
   void abort_all(Process&, AbortReason);
-  /// Whether BRAKE holds a motion.
+  /// True if BRAKE holds a motion.
   [[nodiscard]] bool is_held(std::uint64_t motion) const;
-  /// Lets motions go on that a frame held.
+  /// Resumes motions held by a frame.
   bool release(const std::vector<std::uint64_t>& motions);
   void write_files();
   void tell();
@@ -596,7 +597,7 @@ class Run {
   template <bool kDebug>
   Next loop(Process&);
   bool stops_here(Process&, std::uint32_t op, std::uint64_t used);
-  /// Whether a condition of a breakpoint holds. Fails: it has no value there.
+  /// Evaluates the condition of a breakpoint. Fails if it cannot be evaluated there.
   Result<bool> holds(Process&, const std::string& condition);
   /// The text of a log point with its values.
   [[nodiscard]] std::string log_text(Process&, const std::string& log);
@@ -635,7 +636,7 @@ class Run {
   const std::atomic<bool>* cancel_;
   Observer* observer_;
   Process* p_ = nullptr;
-  /// Those that are asked in this run(), those of higher priority first: -priority, routine.
+  /// Processes to be run in this run(), by priority: -priority, routine.
   std::set<std::pair<std::int64_t, std::uint32_t>> awake_;
   std::uint32_t at_ = 0;         ///< op
   std::uint64_t cost_ = 0;       ///< of long copies, in instructions
@@ -651,12 +652,12 @@ PlainPose inverse_pose(const PlainPose&);
 void axis_rotation(int axis, double degrees, double* q);
 /// Three rotations, one behind the other.
 void three_rotations(const int* axes, const double* degrees, double* q);
-/// Quaternion of a matrix's columns; false = they are no right-handed axes.
+/// Quaternion of a matrix's columns; false = they are not right-handed axes.
 bool columns_to_quaternion(const double* n, const double* o, const double* a, double* q);
 /// Rotation matrix, row-major.
 void quaternion_to_matrix(const double* q, double* m);
 /// Angles 0 .. 360 of a mode ('RS', 'XYZ', 'YXZ', 'ZYX', 'ZYZ2'): those about x, y, z, and the
-/// second about z. False = there is no such mode. `has` has a bit for each that the mode has.
+/// second about z. False = unknown mode. `has` has a bit for each angle of the mode.
 bool angles_of(std::string_view mode, const double* q, double (&out)[4], unsigned& has);
 
 }  // namespace robomosp::program

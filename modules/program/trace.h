@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run without a world: what a program does, in order, for posts and proofs (layer: data
+// A run without a world: the actions of a program, in order, for posts and proofs (layer: data
 // processing, program).
 #pragma once
 
@@ -19,8 +19,8 @@
 
 namespace robomosp::program {
 
-/// A condition on signals whose variables have been replaced by their values, as a tree in a row:
-/// operands come before what they are operands of; the last is the whole.
+/// A condition on signals with its variables replaced by their values, as a flat tree: operands
+/// precede their operators; the last node is the root.
 struct ConditionNode {
   std::uint32_t op = RMP_EXPR_LITERAL;  ///< rmp_expression_op: LITERAL, SYMBOL (a signal),
                                         ///< CONVERT, NEGATE, NOT, ADD .. EXOR
@@ -37,11 +37,11 @@ struct Condition {
   friend bool operator==(const Condition&, const Condition&) = default;
 };
 
-/// A motion with everything known of it.
+/// A motion with all known data.
 struct TracedMotion {
   Motion motion;
-  /// base_T_tool at the end of each target, where it is known: absolute poses, increments added,
-  /// frames applied. Nothing = joints, or an increment behind what is not known.
+  /// base_T_tool at the end of each target, if known: absolute poses, increments added, frames
+  /// applied. Nothing = joints, or an increment after an unknown pose.
   std::vector<std::optional<PlainPose>> absolute;
   std::optional<Condition> until;
 };
@@ -68,22 +68,22 @@ struct TraceEntry {
 };
 
 struct TraceOptions {
-  /// Values of inputs by name (any case); inputs without one are not known.
+  /// Values of inputs by name (any case); others are unknown.
   std::map<std::string, SignalValue> inputs;
   std::size_t most_entries = 100'000;
   std::uint64_t most_instructions = 2'000'000'000;
   Limits limits{};
 };
 struct Trace {
-  std::shared_ptr<const CompiledProgram> program;  ///< whose rows are meant
+  std::shared_ptr<const CompiledProgram> program;  ///< the program of the row numbers
   std::vector<TraceEntry> entries;
   [[nodiscard]] std::size_t motion_count() const;
 };
 
 /// Runs a program through: motions take no time and reach their targets, waits end at once, pauses
-/// are passed, texts and outputs are noted. Inputs without a value may stand in WAIT FOR and UNTIL;
-/// where the flow depends on one otherwise, that is an error with its line. So are robot state and
-/// TRAFOINV, which need a robot, and several processes that move.
+/// are skipped, texts and outputs are recorded. Inputs without a value are allowed in WAIT FOR and
+/// UNTIL; control flow that depends on one otherwise is an error with its line. So are robot state
+/// and TRAFOINV, which need a robot, and several processes with motions.
 Result<Trace> trace(std::shared_ptr<const CompiledProgram>, const TraceOptions& = {},
                     const Progress* = nullptr);
 

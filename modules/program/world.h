@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a running program asks of the cell that it stands in: signals, motions, kinematics, texts,
-// files (layer: data processing, program). Lengths in mm, angles in degrees, as programs have them.
+// The cell as seen by a running program: signals, motions, kinematics, texts, files (layer: data
+// processing, program). Lengths in mm, angles in degrees, as in programs.
 #pragma once
 
 #include <array>
@@ -15,24 +15,24 @@
 
 namespace robomosp::program {
 
-/// A declared signal. Texts stay as long as the program.
+/// A declared signal. Texts are valid as long as the program.
 struct Signal {
   std::uint32_t symbol = RMP_NONE;     ///< row of the program's symbols
   std::string_view name;               ///< as declared
   std::int32_t address = 0;            ///< its number
-  std::int32_t width = 1;              ///< how many from there on, 1 to 64
+  std::int32_t width = 1;              ///< number of bits from there on, 1 to 64
   std::uint32_t type = RMP_TYPE_BOOL;  ///< RMP_TYPE_BOOL, _INT or _REAL
   bool is_output = false;
 };
 
-/// a_T_b: a place [mm] and a unit quaternion, scalar first.
+/// a_T_b: a position [mm] and a unit quaternion, scalar first.
 struct PlainPose {
   std::array<double, 3> position{0, 0, 0};
   std::array<double, 4> quaternion{1, 0, 0, 0};
   friend bool operator==(const PlainPose&, const PlainPose&) = default;
 };
 
-/// One target of a motion, or what a robot does now. Which members count is said by `role`.
+/// One target of a motion, or the current state of a robot. `role` determines which members apply.
 struct Target {
   std::uint32_t role = RMP_ROLE_NONE;  ///< RMP_ROLE_POSE, _POSITION (keeps its orientation), ...
   PlainPose pose;                      ///< POSE, POSITION, ROBTARGET
@@ -43,45 +43,48 @@ struct Target {
   friend bool operator==(const Target&, const Target&) = default;
 };
 
-/// Attributes of a motion as they count: what the statement gives, else the system variables
-/// (R_SPEED, ...) as they are then. `given` has bit 1 << RMP_ATTR_... for what the statement gives.
+/// Effective attributes of a motion: those of the statement, else the current system variables
+/// (R_SPEED, ...). `given` has bit 1 << RMP_ATTR_... for those of the statement.
 struct MotionAttributes {
   std::uint32_t given = 0;
   double speed = 250;             ///< [mm/s]
   double speed_orientation = 90;  ///< [degrees/s]
   double acceleration = 100;      ///< [% of the greatest]
   double time = -1;               ///< of the whole motion [s]; negative = none
-  double c_cp = 0;                ///< distance at which it may leave its path for the next [mm]
+  double c_cp = 0;                ///< distance from its target at which it may leave its path for
+                                  ///< the next [mm]
   double c_speed = 100;           ///< speed in the transition [%]
-  bool passes = false;            ///< C_PASS: without a stop at its target
+  bool passes = false;            ///< C_PASS: no stop at its target
   bool weaves = false;            ///< WOBBLE
   double wobble_amplitude = 2;    ///< to each side [mm]: R_WOBBLE_AMPLITUDE
-  double wobble_length = 6;       ///< of the path for one swing [mm]: R_WOBBLE_LENGTH
+  double wobble_length = 6;       ///< distance along the path for one oscillation [mm]:
+                                  ///< R_WOBBLE_LENGTH
   double speed_ptp = 100;         ///< [% of the greatest]
   double acceleration_ptp = 100;  ///< [%]
   double c_ptp = 0;               ///< [%]
   std::int32_t device = 1;
   std::int32_t additional_axes = 0;       ///< ADAX_CONTROL
   std::optional<PlainPose> tool;          ///< flange_T_tool of this motion
-  std::optional<PlainPose> frame;         ///< base_T_frame that the targets are in
+  std::optional<PlainPose> frame;         ///< base_T_frame of the targets
   std::string robot;                      ///< ACT_ROB: name of the ROBOT; "" = the process's own
   std::uint32_t robot_symbol = RMP_NONE;  ///< the same, as a row of the symbols
   friend bool operator==(const MotionAttributes&, const MotionAttributes&) = default;
 };
 
-/// A motion that a program begins. Its number is the machine's own, counted from 1.
+/// A motion that a program begins. The machine numbers motions from 1.
 struct Motion {
   std::uint64_t number = 0;
-  std::uint64_t after = 0;  ///< a motion of the same process that is not done: this one follows it,
-                            ///< and may begin within its approximation; 0 = none
+  std::uint64_t after = 0;    ///< an unfinished motion of the same process that this one follows,
+                              ///< possibly within its approximation; 0 = none
   std::uint32_t process = 0;  ///< routine of the process, 0 = the program itself
   std::uint32_t interpolation = RMP_MOVE_PTP;
   bool is_incremental =
       false;  ///< targets are added to the pose (joints) before, in the base frame
-  std::vector<Target> targets;  ///< one after the other; CIRCLE: on the way, end
+  std::vector<Target> targets;  ///< in sequence; CIRCLE: via point, end
   MotionAttributes attributes;
   bool has_until = false;     ///< the machine may abort it before its end
-  bool approximates = false;  ///< the process goes on to its next motion before this one is done
+  bool approximates = false;  ///< the process continues to its next motion before this one is
+                              ///< finished
   rmp_span span{};
 };
 
@@ -95,35 +98,35 @@ struct SignalValue {
   double real = 0;
 };
 
-/// The cell. Implemented by who runs a machine; called by run() only, on its thread. An error ends
-/// the program with a fault at the line that asked: its message and hint are shown as they are.
+/// The cell. Implemented by the user of a machine; called by run() only, on its thread. An error
+/// ends the program with a fault at the current line: its message and hint are shown unchanged.
 class World {
  public:
   virtual ~World() = default;
 
-  /// Value of an input, or what an output has now. Nothing = it is not known; then only conditions
-  /// of WAIT FOR and UNTIL may look at it (see trace.h), and elsewhere it is a fault.
+  /// Value of an input, or current value of an output. Nothing = unknown; then only conditions of
+  /// WAIT FOR and UNTIL may read it (see trace.h), elsewhere it is a fault.
   virtual Result<std::optional<SignalValue>> read_signal(const Signal&) = 0;
   virtual Result<void> write_signal(const Signal&, SignalValue) = 0;
 
-  /// Begins a motion now, or behind Motion::after. It goes on by itself.
+  /// Begins a motion now, or after Motion::after. It continues without further calls.
   virtual Result<void> begin_motion(const Motion&) = 0;
-  /// Whether a motion is done at the time of this run. An error = it failed on its way.
+  /// Whether a motion is finished at the time of this run. An error = it failed in progress.
   virtual Result<MotionState> motion_state(std::uint64_t number) = 0;
-  /// Brakes a motion and drops what is left of it, and what follows it. It is done when
-  /// motion_state() says so, perhaps later (braking takes time).
+  /// Brakes a motion and drops the rest of it and all motions after it. It is finished when
+  /// motion_state() reports it, possibly later (braking takes time).
   virtual Result<void> abort_motion(std::uint64_t number, AbortReason) = 0;
-  /// STOP and CONTINUE of a process: holds its motion where it is, and lets it go on.
+  /// STOP and CONTINUE of a process: hold_motion() pauses its motion, a second function resumes it.
   virtual Result<void> hold_motion(std::uint64_t number) = 0;
   virtual Result<void> resume_motion(std::uint64_t number) = 0;
 
-  /// BRAKE: whether the robot of a motion that is held, or was aborted, stands.
+  /// BRAKE: true if the robot of a motion that is held, or was aborted, is at rest.
   virtual Result<bool> stands(std::uint64_t /*number*/) { return true; }
-  /// Whether two names mean one robot; RMP_NONE = the program's own.
+  /// True if two names denote one robot; RMP_NONE = the program's own.
   virtual Result<bool> same_robot(std::uint32_t a, std::uint32_t b) { return a == b; }
 
-  /// What a robot does now: all members of Target but `role`. `robot` is a row of the symbols, or
-  /// RMP_NONE = the process's own; so below.
+  /// Current state of a robot: all members of Target but `role`. `robot` is a row of the symbols,
+  /// or RMP_NONE = the process's own; the same applies below.
   virtual Result<Target> robot_state(std::uint32_t robot, std::uint32_t process) = 0;
   /// Pose of its flange now, in the frame of the targets [mm].
   virtual Result<PlainPose> robot_flange(std::uint32_t robot, std::uint32_t process) = 0;
@@ -136,17 +139,18 @@ class World {
 
   /// WRITE: a piece of text; WRITELN ends with '\n'.
   virtual Result<void> write_text(std::uint32_t process, std::string_view) = 0;
-  /// What a breakpoint says instead of stopping.
+  /// Writes the text of a breakpoint that does not stop.
   virtual Result<void> log_text(std::uint32_t process, const rmp_span&, std::string_view text) {
     return write_text(process, std::string(text) + "\n");
   }
-  /// READ without a file: the next line of the operator without its end; nothing = not there yet.
+  /// READ without a file: the next line of the operator without its end; nothing = not available
+  /// yet.
   virtual Result<std::optional<std::string>> read_line(std::uint32_t process) = 0;
   /// PAUSE: the process waits until Machine::resume_pause().
   virtual Result<void> pause(std::uint32_t process, std::string_view message) = 0;
 
-  /// OPEN 'R': the whole file. Names are those of the program; a world refuses what it does not
-  /// give with a sentence.
+  /// OPEN 'R': the whole file. Names are those of the program; a world returns an error for files
+  /// it does not provide.
   virtual Result<std::string> read_file(std::string_view name) = 0;
   /// CLOSE of what was opened with 'W' (replaces) or 'A' (adds), also at the program's end.
   virtual Result<void> write_file(std::string_view name, std::string_view bytes, bool adds) = 0;

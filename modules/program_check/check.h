@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs of robots checked before they are posted: a run in a world, of which every motion is
-// looked at, with faults at the lines of the source (layer: application, program_check).
+// Checks of robot programs before they are posted: a run in a world that examines every motion,
+// with faults at the lines of the source (layer: application, program_check).
 #pragma once
 
 #include <cstddef>
@@ -31,17 +31,17 @@ enum class FaultKind : std::uint8_t {
   acceleration,   ///< a joint's acceleration
   torque,         ///< of a joint
   contact,        ///< bodies touch
-  clearance,      ///< bodies come nearer than is wanted
+  clearance,      ///< bodies come nearer than required
   singularity,    ///< a straight motion near a singular configuration
-  configuration,  ///< a straight motion leaves its configuration, or ends in another than wanted
-  motion,         ///< it is not possible, such as a speed of 0
+  configuration,  ///< a straight motion leaves its configuration, or ends in another than requested
+  motion,         ///< impossible, such as a speed of 0
   controller,     ///< beyond what the controller's record allows
-  signal,         ///< waited for, and nobody gives it; an output that cannot have its value
-  timeout,        ///< WAIT FOR ran out of time
-  grip,           ///< finds nothing
+  signal,         ///< waited for, but never set; an output that cannot have its value
+  timeout,        ///< WAIT FOR timed out
+  grip,           ///< found no object
   until,          ///< never came true
   program,        ///< the program ends with a fault
-  ignored,        ///< an attribute that is not carried out
+  ignored,        ///< an attribute that is not executed
 };
 [[nodiscard]] std::string_view to_string(FaultKind);
 
@@ -52,9 +52,9 @@ struct Fault {
   Severity severity = Severity::error;
   task::ProgramPlace place;    ///< of the worst
   std::string message, hint;   ///< of the worst; the message without a period
-  std::size_t times = 1;       ///< how many motions (waits, ...) of its line have it
+  std::size_t times = 1;       ///< number of motions (waits, ...) of its line with this fault
   std::size_t motion = kNone;  ///< row of Check::motions of the worst
-  double from = 0, to = 0;     ///< where it is worst, and around that [s]
+  double from = 0, to = 0;     ///< time of the worst case, and interval around it [s]
   double at = 0;               ///< [s]
   std::string robot;
   std::int32_t joint = -1;  ///< from 0
@@ -67,21 +67,21 @@ struct Fault {
   Vec3 position{};  ///< in the world [m]
 };
 
-/// A motion as it was carried out.
+/// A motion as executed.
 struct MotionReport {
   task::InspectedMotion motion;
-  double clearance = 0;        ///< least of its rows [m]; infinite = nothing was near or looked at
+  double clearance = 0;        ///< least of its rows [m]; infinite = nothing near, or not checked
   std::string nearest;         ///< "arm.forearm and table"
-  double condition = 0;        ///< greatest along it; 0 = not looked at
+  double condition = 0;        ///< greatest along it; 0 = not checked
   double manipulability = 0;   ///< least along it (Yoshikawa)
-  double utilisation = 0;      ///< greatest share of a joint's velocity limit
+  double utilisation = 0;      ///< greatest fraction of a joint's velocity limit
   std::int32_t utilised = -1;  ///< that joint
   Severity worst = Severity::note;
   bool has_fault = false;
   Vec3 end{};  ///< of the tool in the world [m]
 };
 
-/// Lines that did not run, one behind the other in one routine.
+/// Consecutive lines of one routine that did not run.
 struct UnrunLines {
   std::uint32_t file = 0, first = 0, last = 0;
   std::uint32_t routine = 0;
@@ -91,17 +91,17 @@ struct UnrunLines {
 /// Of an axis of the controller [degrees or mm]: its value is the sum of factor * joint, and the
 /// offset.
 struct AxisLimit {
-  std::string robot;  ///< as the world calls it
+  std::string robot;  ///< its name in the world
   std::string name;
-  std::size_t joint = 0;                                ///< its own; entry of q
+  std::size_t joint = 0;                                ///< the axis's own joint; entry of q
   std::vector<std::pair<std::size_t, double>> factors;  ///< of entries of q in degrees or mm
   double offset = 0, lower = 0, upper = 0;
 };
 
 struct Options {
-  double clearance = 0.005;  ///< what comes nearer is a warning [m]; 0 = contacts only
-  double touch = 1e-4;       ///< what comes nearer touches [m]
-  double condition = 100;    ///< of the Jacobian, above which a straight motion is too near
+  double clearance = 0.005;  ///< warning below this distance [m]; 0 = contacts only
+  double touch = 1e-4;       ///< contact below this distance [m]
+  double condition = 100;    ///< greatest condition number of the Jacobian for a straight motion
   bool contacts = true;
   bool torques = true;
   std::vector<AxisLimit> axes;                        ///< of the controller
@@ -114,52 +114,52 @@ struct Check {
   std::vector<MotionReport> motions;
   std::vector<UnrunLines> not_run;
   std::size_t statements = 0, statements_run = 0;
-  std::vector<std::string> not_checked;  ///< what could not be looked at, a sentence each
+  std::vector<std::string> not_checked;  ///< checks that could not be made, a sentence each
   recording::RecordingPtr recording;
   std::shared_ptr<task::ProgramInspection> inspection;
   double duration = 0;  ///< of the program [s]
-  double moving = 0;    ///< of it in motions [s]
+  double moving = 0;    ///< time in motions [s]
   [[nodiscard]] std::size_t count(Severity) const;
 };
 
-/// Runs programs and tasks of a world together; programs[checked] is looked at, and goes on behind
-/// its faults. Nothing of the document changes. Errors: names that mean nothing in the world, a run
-/// that was cancelled.
+/// Runs programs and tasks of a world together; programs[checked] is examined, and continues after
+/// its faults. The document is not changed. Errors: names without a meaning in the world, a
+/// cancelled run.
 [[nodiscard]] Result<Check> check(const sim::Simulator&, task::TaskRun, std::size_t checked,
                                   const Options&, Progress&);
 
-/// Where the tool is along a motion: rows of the recording and poses in the world. Of a motion that
-/// failed on its way, what it should have been, without rows.
+/// The path of the tool along a motion: rows of the recording and poses in the world. For a motion
+/// that failed, its planned path, without rows.
 struct ToolWay {
   std::vector<std::size_t> rows;
   std::vector<Pose> world_T_tip;
 };
 [[nodiscard]] ToolWay tool_way(const Check&, std::size_t motion);
 
-/// A stretch of rows in which bodies touch, or are too near.
+/// A stretch of rows with contact, or too little clearance.
 struct Touch {
   std::string a, b;
-  double from = 0, to = 0, at = 0;  ///< [s]; at: where it is worst
-  double distance = 0;              ///< the least; negative = so deep [m]
+  double from = 0, to = 0, at = 0;  ///< [s]; at: the worst case
+  double distance = 0;              ///< the least; negative = penetration depth [m]
   Vec3 position{};                  ///< [m]
   bool is_touch = false;
 };
 struct Contacts {
-  std::vector<Touch> touches;        ///< none of them meant
-  std::vector<double> clearance;     ///< by row, of pairs that are not meant to touch [m]
+  std::vector<Touch> touches;        ///< only unintended ones
+  std::vector<double> clearance;     ///< by row, of pairs that are not intended to touch [m]
   std::vector<std::string> nearest;  ///< by row
-  std::size_t meant = 0;             ///< stretches where a gripper and its part, or a part and what
-                                     ///< it lies on, touch
+  std::size_t meant = 0;             ///< stretches of intended contact between a gripper and its
+                                     ///< part, or a part and its support
   std::vector<std::string> notes;
 };
-/// Contacts of a recording of several robots. Meant are: a robot and what it is about to take or
-/// has just let go; what is held, as long as it is not clear of what it lay on, and where it is put
-/// no deeper than 1 mm.
+/// Contacts of a recording of several robots. Intended are: a robot and the object it is about to
+/// grip or has just released; a held object until it is clear of its former support, and at its
+/// destination up to a depth of 1 mm.
 [[nodiscard]] Result<Contacts> contacts(const sim::Simulator&, const recording::Recording&,
                                         const Options&, const std::vector<bool>& is_jump,
                                         Progress&);
 
-/// What robots hold in a row of a recording, and where the world's objects are.
+/// Objects held by robots in a row of a recording, and poses of the world's objects.
 [[nodiscard]] Result<collision::ObjectPlaces> places_at(const model::World&,
                                                         const recording::Recording&,
                                                         std::size_t row);

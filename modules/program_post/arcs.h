@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arcs and smooth curves as straight pieces (layer: data processing, program_post).
+// Approximates arcs and smooth curves by straight pieces (layer: data processing, program_post).
 #pragma once
 
 #include <span>
@@ -9,14 +9,14 @@
 
 namespace robomosp::program_post {
 
-/// Rewrites CIRCLE, where the target has none (no kPostCircle in its motions, or PostCircle::none),
-/// and PATH (no kPostPath) to LIN, each piece passed but the last. The places of pieces lie on the
-/// arc through the three places, or on the natural cubic spline through the targets by their
-/// distances, which is what both mean when they run; between them the tool is at most `chord_mm`
-/// away. Orientations are turned evenly from target to target. TIME is shared by length.
-/// How many pieces and how far is a warning at the motion. What begins or leads where it is not
-/// known stays: a CIRCLE is an error then, a PATH is left to go straight from target to target.
-/// `points` are the known points of these tables.
+/// Rewrites CIRCLE, if the target lacks it (no kPostCircle in its motions, or PostCircle::none),
+/// and PATH (no kPostPath) to LIN, with every piece but the last passed. The points of pieces lie
+/// on the arc through the three points, or on the natural cubic spline through the targets by their
+/// distances, as when the program runs; between them the tool deviates by at most `chord_mm`.
+/// Orientations are interpolated evenly from target to target. TIME is divided by length. A warning
+/// at the motion gives the number of pieces and the deviation. Motions that start or pass at
+/// unknown points are kept: a CIRCLE is then an error, a PATH remains and moves straight from
+/// target to target. `points` are the known points of these tables.
 void to_chords(ProgramTables&, const PostCapabilities&, std::span<const PostPoint> points,
                double chord_mm, std::vector<Remark>&);
 

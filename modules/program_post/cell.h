@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frame and the tool of a cell, written at each motion (layer: data processing, program_post).
+// Writes the frame and the tool of a cell at each motion (layer: data processing, program_post).
 #pragma once
 
 #include <memory>
@@ -11,16 +11,16 @@
 namespace robomosp::program_post {
 
 struct CellPlaces {
-  std::optional<Pose> frame;  ///< base_T_frame that all targets are in [m]; empty = the base
+  std::optional<Pose> frame;  ///< base_T_frame of all targets [m]; empty = the base
   std::optional<Pose> tool;   ///< flange_T_tool of motions without TOOL [m]; empty = the flange
 };
 
-/// A copy of the program whose motions say by FRAME and TOOL what the cell says: a FRAME of their
-/// own is in that of the cell; motions to joint values need none. Texts stay those of the program,
-/// which outlives it. Null where there is nothing to say.
+/// A copy of the program with FRAME and TOOL of the cell added to its motions: a FRAME of a motion
+/// is relative to that of the cell; motions to joint values need none. Texts are those of the
+/// program, which must outlive it. Null if there is nothing to add.
 [[nodiscard]] std::unique_ptr<ProgramTables> in_cell(const rmp_code&, const CellPlaces&);
 
-/// The pose itself, or empty where it moves nothing: 1e-9 m, 1e-9 of a direction.
+/// The pose itself, or empty if it is the identity: within 1e-9 m, 1e-9 of a direction.
 [[nodiscard]] std::optional<Pose> unless_identity(const Pose&);
 
 }  // namespace robomosp::program_post

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is to be told of a program on its way to a controller (layer: data processing,
-// program_post).
+// Remarks on a program being posted to a controller (layer: data processing, program_post).
 #pragma once
 
 #include <string>
@@ -9,7 +8,7 @@
 
 namespace robomosp::program_post {
 
-/// Something that is said of a place of the program.
+/// A remark on a place of the program.
 struct Remark {
   std::uint32_t severity = RMP_FAULT_ERROR;
   rmp_span span{};

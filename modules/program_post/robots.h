@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose motions the motions of a program are (layer: data processing, program_post).
+// Assigns the motions of a program to robots (layer: data processing, program_post).
 #pragma once
 
 #include <string_view>
@@ -11,9 +11,9 @@
 
 namespace robomosp::program_post {
 
-/// Takes ACT_ROB out of a program: targets move one robot, their controller's. Where the
-/// motions of the routines that are mentioned are of more than one, each other robot is an error at
-/// its first motion. A motion without ACT_ROB is of the only ROBOT, where there is one. Linear.
+/// Removes ACT_ROB from a program, since targets move one robot, their controller's. If the motions
+/// of the called routines are of several robots, each further robot is an error at its first
+/// motion. A motion without ACT_ROB belongs to the only ROBOT, if there is one. Linear.
 void to_one_robot(ProgramTables& t, std::string_view title, std::vector<Remark>& remarks);
 
 }  // namespace robomosp::program_post

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pack as it was read: what template_reader.cpp makes and templates.cpp fills in (layer: data
-// processing, program_post; of these two files only).
+// A parsed pack: filled by template_reader.cpp, used by templates.cpp (layer: data processing,
+// program_post; for these two files only).
 #pragma once
 
 #include <algorithm>
@@ -48,26 +48,26 @@ class TemplatePack {
   std::string separator = ", ", between_values = ", ", text_sign = "\"", true_word = "TRUE",
               false_word = "FALSE";
   double length = 1, angle = 1;  ///< units of a mm and of a degree
-  std::string angles = "abc";    ///< of an orientation: those that are written
+  std::string angles = "abc";    ///< written angles of an orientation
   std::map<std::string, Template, std::less<>> templates;
   std::vector<post::Operator> operators;
-  /// Operators that are written by a line with {{a}} and {{b}}, and how strongly it binds.
+  /// Operators written by a line with {{a}} and {{b}}, with their precedence.
   std::map<std::uint32_t, std::pair<TemplateLine, int>> patterns;
   std::deque<std::string> spellings;
   enum class Points { before, behind, file } points = Points::before;
   TemplateLine file_name, points_file;
-  int first_number = 0, number_step = 0;  ///< of lines; a step of 0 = they have none
+  int first_number = 0, number_step = 0;  ///< of lines; a step of 0 = no line numbers
   TemplateLine line_number;
   bool are_points_numbered = true;
   int longest_line = 0;  ///< bytes; 0 = any
-  // Names: signs besides letters and digits; the first stands for those that there are not.
+  // Names: allowed characters besides letters and digits; the first replaces all others.
   std::string name_signs = "_";
   bool have_names_digits = true;
   // Numbers: of all of them the sign, of REAL values in expressions the form.
   char decimal_sign = '.';
   bool has_exponents = true, has_real_point = true;
-  int real_digits = -1;  ///< at most behind the point; negative = as many as it takes
-  /// How `text_sign` is written within a text.
+  int real_digits = -1;  ///< most digits after the point; negative = as many as needed
+  /// How `text_sign` is escaped in a text.
   enum class Quotes { refused, doubled, backslash } quotes = Quotes::refused;
   [[nodiscard]] const Template* find(std::string_view construct) const {
     const auto it = templates.find(construct);
@@ -75,9 +75,9 @@ class TemplatePack {
   }
 };
 
-/// Whether a construct is lost where its template writes no line.
+/// True if a construct is lost when its template writes no line, which must be reported.
 [[nodiscard]] bool must_say(std::string_view construct);
-/// Whether a template writes one of these variables, or asks for it.
+/// True if a template writes or tests one of these variables.
 [[nodiscard]] inline bool uses(const Template* t,
                                std::initializer_list<std::string_view> variables) {
   if (!t) return false;
@@ -92,7 +92,7 @@ class TemplatePack {
   return false;
 }
 
-/// The number of a joint's variable: 3 of "q3" where `kind` is 'q'; 0 = it is none.
+/// The number of a joint's variable: 3 for "q3" if `kind` is 'q'; 0 = it is not one.
 [[nodiscard]] inline std::size_t joint_number(std::string_view variable, char kind) {
   if (variable.size() < 2 || variable.size() > 4 || variable[0] != kind) return 0;
   std::size_t n = 0;
@@ -103,16 +103,15 @@ class TemplatePack {
   return n;
 }
 
-/// A text within `text_sign`, as the pack writes the sign there; where `quotes` is refused, as it
-/// is.
+/// A text within `text_sign`, escaped as the pack defines; unchanged if `quotes` is refused.
 [[nodiscard]] std::string within_signs(const TemplatePack&, std::string_view text);
 
-/// Names of a pack: of its signs, in its case and length, no reserved words, unique. Equal calls in
+/// Names of a pack: with its characters, case and length, no reserved words, unique. Equal calls in
 /// equal order give equal names.
 class PackNames {
  public:
   explicit PackNames(const TemplatePack&);
-  /// The name of `key`, made of the wish the first time that it is asked for.
+  /// The name of `key`, built from `wish` at the first call.
   const std::string& of(std::uint64_t key, std::string_view wish);
   std::string unique(std::string_view wish);
 
@@ -122,10 +121,10 @@ class PackNames {
   const TemplatePack& pack_;
   std::map<std::uint64_t, std::string> names_;
   std::set<std::string, std::less<>> used_;
-  std::map<std::string, std::uint64_t> numbers_;  ///< by name: the last that was put behind it
+  std::map<std::string, std::uint64_t> numbers_;  ///< by name: the last number appended to it
 };
 
-/// Filters that make a text of a certain length, or change its letters; all others need a number.
+/// Filters that give a text a fixed length, or change its letters; all others need a number.
 [[nodiscard]] constexpr bool is_of_text(std::string_view filter) {
   return filter == "upper" || filter == "lower" || filter == "pad" || filter == "left" ||
          filter == "zeros" || filter == "first";

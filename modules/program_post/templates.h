@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Targets that are made of text: a template a construct, without a compiler (layer: data
-// processing, program_post). The form is told in docs/plugin_author/post_templates.md.
+// Targets made of text: one template per construct, without a compiler (layer: data processing,
+// program_post). Their form is described in docs/plugin_author/post_templates.md.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@
 
 namespace robomosp::program_post {
 
-/// A pack as it was read; constant. [any thread]
+/// A parsed pack; constant. [any thread]
 class TemplatePack;
 
-/// What is wrong with a pack, and where.
+/// A fault of a pack, with its place.
 struct PackFault {
   std::string file;
   std::uint32_t line = 1, column = 1;
@@ -29,14 +29,13 @@ struct PackFault {
 /// The text of another file of the pack, by its name, for `include`.
 using PackFiles = std::function<Result<std::string>(const std::string& name)>;
 
-/// Reads a pack; `where` names its file in errors. All that is wrong is in one error, a sentence
-/// each with its place: constructs that its features need and that it has no template for,
-/// constructs, variables and filters that there are not, faults of its form. `faults`, if given,
-/// gets them one by one.
+/// Reads a pack; `where` names its file in errors. All faults are in one error, a sentence each
+/// with its place: constructs that its features need but that have no template, unknown constructs,
+/// variables and filters, syntax errors. `faults`, if given, receives them one by one.
 [[nodiscard]] Result<std::shared_ptr<const TemplatePack>> read_templates(
     std::string_view text, const std::string& where, const PackFiles& files = {},
     std::vector<PackFault>* faults = nullptr);
-/// The name that it gives itself, to be that of the provider.
+/// The name that the pack declares, used as the provider's.
 [[nodiscard]] const std::string& pack_name(const TemplatePack&);
 [[nodiscard]] const std::string& pack_title(const TemplatePack&);
 [[nodiscard]] std::unique_ptr<Post> make_template_post(std::shared_ptr<const TemplatePack>);

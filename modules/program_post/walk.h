@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ways through the tables of a program (layer: data processing, program_post).
+// Traversals of the tables of a program (layer: data processing, program_post).
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,9 @@
 
 namespace robomosp::program_post {
 
-/// Whether `is_it` of a statement from `first` on to the end of its block, or of one within them;
-/// what is within comes before what is behind. `at(i)` gives row i. Linear, without recursion.
+/// True if `is_it` is true for a statement from `first` to the end of its block, or for one within
+/// them; inner statements come before the following ones. `at(i)` returns row i. Linear, without
+/// recursion.
 template <class At, class Fn>
 bool any_statement(std::uint32_t first, At&& at, Fn&& is_it) {
   std::vector<std::uint32_t> open{first};
@@ -26,7 +27,7 @@ bool any_statement(std::uint32_t first, At&& at, Fn&& is_it) {
   return false;
 }
 
-/// All of them. `see` adds no statements.
+/// Visits all of them. `see` must not add statements.
 template <class At, class Fn>
 void each_statement(std::uint32_t first, At&& at, Fn&& see) {
   any_statement(first, at, [&](const rmp_code_statement& s) {
@@ -40,7 +41,7 @@ void each_statement(const ProgramTables& t, std::uint32_t first, Fn&& see) {
       first, [&](std::uint32_t i) -> const rmp_code_statement& { return t.statements[i]; }, see);
 }
 
-/// The expressions that a motion computes: targets, values of attributes, condition of UNTIL
+/// The expressions computed by a motion: targets, values of attributes, condition of UNTIL
 /// (RMP_NONE = none).
 template <class Fn>
 void each_value(const ProgramTables& t, const rmp_code_motion& m, Fn&& see) {

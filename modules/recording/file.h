@@ -13,23 +13,23 @@
 
 namespace robomosp::recording {
 
-/// A recording as it stands in a file: its world by name.
+/// A recording as stored in a file: its world by name.
 struct FiledRecording {
   Recording recording;
-  std::string world;  ///< empty = it was made without one
+  std::string world;  ///< empty = made without a world
 };
 
-/// The text of docs/user/recordings.md; numbers read back to the same bits. All of these answer
-/// `cancelled` when the progress says so.
+/// The text described in docs/user/recordings.md; numbers read back to the same bits. All of these
+/// functions return ErrorCode::cancelled on cancellation by `progress`.
 [[nodiscard]] Result<std::string> to_text(const Recording&, std::string_view world, Progress&);
 /// A fault gives its line.
 [[nodiscard]] Result<FiledRecording> recording_from_text(std::string_view text, Progress&);
 
 /// Comma-separated text with a header line `time [s],q1 [rad],...`, RFC 4180, shortest round trip.
 [[nodiscard]] Result<std::string> to_csv(const Recording&, Progress&);
-/// Comma-, semicolon- or tab-separated numbers under a header line of names, with or without units:
-/// `q1 [rad]`, `q1 (deg)`, `q1`. Values are brought to SI; empty fields are not a number. A fault
-/// gives its line.
+/// Comma-, semicolon- or tab-separated numbers below a header line of names, with or without units:
+/// `q1 [rad]`, `q1 (deg)`, `q1`. Values are converted to SI; empty fields become NaN. A fault gives
+/// its line.
 [[nodiscard]] Result<Recording> recording_from_csv(std::string_view text, Progress&);
 
 /// Results of the program of 2006, *.plot: a line with the number of joints after `#`, a line of
@@ -38,7 +38,7 @@ struct FiledRecording {
 [[nodiscard]] Result<Recording> recording_from_plot(std::string_view text);
 
 /// One object: title, robot, trajectory, dof, notes and columns with name, unit, doc, lower and
-/// upper limit (left out where there is none) and values; what is not finite is null.
+/// upper limit (omitted if infinite) and values; non-finite values are null.
 [[nodiscard]] std::string to_json(const Recording&);
 
 /// An archive that numpy.load reads: a float64 array for every column by its name, and the texts

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rows of two recordings belong together (layer: application, recording). [any thread]
+// Pairs the rows of two recordings (layer: application, recording). [any thread]
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace robomosp::recording {
 
-/// Where the rows of one recording stand between those of another.
+/// Positions of the rows of one recording between those of another.
 struct Pairing {
   struct Row {
     std::size_t first, other;
-    double share;  ///< of the other's next row
+    double share;  ///< weight of the other's next row
     double at;     ///< the first one's time [s]; without time the row, from 1
     /// The other's value, interpolated linearly.
     [[nodiscard]] double of(const std::vector<double>& values) const {
@@ -25,8 +25,8 @@ struct Pairing {
   std::vector<Row> rows;
 };
 
-/// The rows of `first` over the time that both cover, when its times are later by `shift` [s]; at
-/// least one. Without time both need as many rows.
+/// Pairs the rows of `first` in the time range of both, with its times shifted by `shift` [s]; at
+/// least one. Without time both must have the same number of rows.
 [[nodiscard]] Result<Pairing> pair(const Recording& first, const Recording& other,
                                    double shift = 0);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ClientHost: the commands of another program that serves, as a Lua state of this one reaches them
-// (layer: application, remote).
+// ClientHost: gives a Lua state of this program access to the commands of a server (layer:
+// application, remote).
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,12 @@
 
 namespace robomosp::remote {
 
-/// Scripts run here and their commands over there, with the rights of the connection. When that is
-/// lost, the next command connects again. [one thread]
+/// Scripts run here and their commands on the server, with the rights of the connection. If the
+/// connection is lost, the next command reconnects. [one thread]
 class ClientHost final : public lua::ListedCommands {
  public:
   using Warn = std::function<void(const std::string& sentence)>;
-  /// Reads the table of commands, and subscribes to warnings. `user` stops what waits.
+  /// Reads the command table, and subscribes to warnings. `user` can interrupt waiting.
   static Result<std::unique_ptr<ClientHost>> make(std::unique_ptr<Client> client,
                                                   ioci::Session& user, Warn warn);
 
@@ -42,9 +42,9 @@ class ClientHost final : public lua::ListedCommands {
   [[nodiscard]] Result<void> may(Effect, std::string_view what) const override;
   void warn(std::string_view code, const std::string& sentence) override;
 
-  /// Notes that the commands of this console caused since the last time.
+  /// Notes caused by this console's commands since the last call.
   [[nodiscard]] std::vector<Client::Note> take_notes() { return client_->take_notes(); }
-  /// Says the warnings that came since.
+  /// Prints the warnings received since the last call.
   void tell_warnings();
   [[nodiscard]] const Client& client() const { return *client_; }
 
@@ -54,11 +54,11 @@ class ClientHost final : public lua::ListedCommands {
   /// After hello: the table, and the subscription.
   Result<void> begin();
   Result<Value> ask(const std::string& method, Value params, bool as_job);
-  /// Handles as tables of what they are, and back.
+  /// Converts handles to tables, and back.
   [[nodiscard]] Value sent(const Value& value) const;
   [[nodiscard]] Value came(const Value& value);
 
-  /// What is known of a handle.
+  /// Facts about a handle.
   struct Known {
     std::string name;
     std::int64_t generation = 0;  ///< of the connection

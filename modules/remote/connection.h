@@ -34,7 +34,7 @@ namespace robomosp::remote {
 class StateTexts {
  public:
   using Text = std::shared_ptr<const std::string>;
-  /// `make` when this state was not asked for yet.
+  /// Calls `make` for a state that is not cached.
   Text of(const std::shared_ptr<const ioci::RunState>& state,
           const std::function<std::string()>& make);
 
@@ -44,26 +44,26 @@ class StateTexts {
   std::map<std::uint64_t, std::pair<std::shared_ptr<const ioci::RunState>, Text>> last_;
 };
 
-/// What connections share. It outlives them.
+/// State shared by connections. It must outlive them.
 struct Hall {
   ioci::Application& app;
   Reactor& reactor;
   const ServerOptions& options;
   const Tokens& tokens;
-  const WebRules* web = nullptr;  ///< null: browsers are not let in
+  const WebRules* web = nullptr;  ///< null: no browser access
   /// Adds a line to the audit file, if there is one.
   std::function<void(Map line)> audit;
   std::function<void(std::uint64_t number)> gone;
   std::string instance;                   ///< random, so that clients notice another program
   std::atomic<std::uint64_t> scripts{0};  ///< clients that have run one
-  /// MiB that the program takes, while that is more than the limit allows; else 0.
+  /// Memory of the program [MiB] while it exceeds the limit; else 0.
   std::atomic<std::uint64_t> too_large{0};
-  /// A client started a job.
+  /// Called when a client has started a job.
   std::function<void(std::uint64_t job)> job_started{};
   StateTexts state_texts{};
 };
 
-/// One thread at a time reads; a command runs on the thread that read it, or on one that came free.
+/// Only one thread at a time reads; a command runs on the thread that read it, or on a free one.
 /// [any thread] unless marked
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
@@ -73,36 +73,38 @@ class Connection : public std::enable_shared_from_this<Connection> {
              std::shared_ptr<TlsContext> tls);
   ~Connection();
   void start();
-  /// Says why, as far as the client can be told, and ends.
+  /// Sends the reason to the client if possible, and ends the connection.
   void close(const std::string& reason);
-  /// Ends what has taken too long; called now and then.
+  /// Ends timed-out work; called periodically.
   void look(Clock::time_point now);
-  /// Since when a command of it runs that was not told to end; nullopt when none does.
+  /// Start time of its running command, unless that was already cancelled; nullopt if there is
+  /// none.
   [[nodiscard]] std::optional<Clock::time_point> running_since() const;
-  /// Cancels the command that runs, since the program takes too much memory.
+  /// Cancels the running command because the program uses too much memory.
   void end_for_memory();
   [[nodiscard]] ClientInfo info() const;
   [[nodiscard]] bool is_closed() const;
 
  private:
-  struct Talk;  ///< what there is after hello
+  struct Talk;  ///< state after hello
   /// Why the running command was ended.
   enum class Ended : std::uint8_t { no, time, memory };
-  /// What of the rows of a run or recording a client has.
+  /// Rows of a run or recording already sent to a client.
   struct Sent {
-    std::size_t next = 0;  ///< index of the first that it has not
+    std::size_t next = 0;  ///< index of the first row not sent
     std::optional<std::size_t> restarts{};
-    bool has_more = false;  ///< they wait until the client has read
+    bool has_more = false;  ///< more rows wait until the client has read
   };
   struct Subscription {
-    std::uint64_t all = 0;   ///< token of what is sent at once
-    std::uint64_t runs = 0;  ///< token of what is sent at a rate: states of runs, and recordings
+    std::uint64_t all = 0;   ///< token of events sent at once
+    std::uint64_t runs = 0;  ///< token of events sent at a limited rate: states of runs, and
+                             ///< recordings
     bool with_rows = false;
     std::vector<std::string> columns{};  ///< of the rows; empty = all
     Arrays arrays = Arrays::numbers;
     std::chrono::nanoseconds every{0};
     Clock::time_point last{};
-    bool is_waiting = false;  ///< for its time
+    bool is_waiting = false;  ///< until its next time
   };
 
   // One thread at a time:
@@ -124,7 +126,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void push_all();
   bool push_runs(std::uint64_t number, const Subscription& s);
   void send_recording(std::uint64_t number, const Subscription& s, const ioci::Event&);
-  /// `rows` gives those behind what the client has.
+  /// `rows` returns the rows after those the client has.
   void send_rows(std::uint64_t number, const Subscription& s, Sent& sent, const Handle& of,
                  Map params, const std::function<Result<Map>(const Sent&)>& rows);
   void send_run_rows(std::uint64_t number, const Subscription& s, std::uint64_t run, Map params);
@@ -150,22 +152,22 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Lines lines_;              ///< the reader's
   bool is_first_ = true;     ///< the reader's: no byte came yet
   bool is_classic_ = false;  ///< the reader's
-  /// Made with the first byte of a browser, on the reader's thread; then it stays.
+  /// Created by the first byte of a browser, on the reader's thread, and kept.
   std::unique_ptr<WebDoor> web_;
-  std::unique_ptr<Talk> talk_;  ///< made by hello, on the reader's thread; then it stays
+  std::unique_ptr<Talk> talk_;  ///< created by hello, on the reader's thread, and kept
   std::atomic<bool> has_talk_{false};
   std::atomic<bool> is_web_{false};  ///< lines are sent as frames of a WebSocket
   std::atomic<bool> is_draining_{false};
   std::atomic<bool> is_closing_{false};
-  std::atomic<bool> is_told_{false};     ///< by close(), why
+  std::atomic<bool> is_told_{false};     ///< set by close(), after sending the reason
   std::atomic<bool> is_leaving_{false};  ///< the client said goodbye
   std::atomic<Ended> ended_{Ended::no};
   std::atomic<std::uint64_t> requests_{0}, bytes_in_{0}, bytes_out_{0};
   std::atomic<Clock::rep> last_in_, last_out_, line_begin_{0};
-  std::atomic<bool> is_paused_{false};  ///< nothing is read until requests are answered
+  std::atomic<bool> is_paused_{false};  ///< reading is suspended until requests are answered
 
-  std::mutex push_mutex_;  ///< events are sent by one thread at a time; before mutex_
-  /// Rows of runs and recordings that went to subscriptions. Guarded by push_mutex_
+  std::mutex push_mutex_;  ///< serialises the sending of events; lock it before mutex_
+  /// Rows of runs and recordings sent to subscriptions. Guarded by push_mutex_
   std::map<std::uint64_t, std::map<std::uint64_t, Sent>> rows_, recording_rows_;
   mutable std::mutex mutex_;
   // Guarded by mutex_:
@@ -174,13 +176,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::string out_;
   std::size_t sent_ = 0;  ///< of out_
   bool waits_writable_ = false, is_shut_ = false;
-  bool is_ending_ = false;  ///< it is shut when all was sent
+  bool is_ending_ = false;  ///< it is closed when everything is sent
   Clock::time_point closing_since_{};
-  Clock::duration goodbye_;          ///< how long the client has then
-  Clock::time_point stuck_since_{};  ///< when the peer last took something, while it has to
+  Clock::duration goodbye_;          ///< time limit of the client after that
+  Clock::time_point stuck_since_{};  ///< when the peer last received something, while data is
+                                     ///< waiting
   std::map<std::uint64_t, Subscription> subscriptions_;
   std::uint64_t next_subscription_ = 1;
-  double tokens_left_ = 0;  ///< of the rate
+  double tokens_left_ = 0;  ///< of the rate limit
   Clock::time_point refilled_{};
 };
 

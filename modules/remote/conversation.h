@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversation: what one client asks and is answered, whatever carries its lines (layer:
+// Conversation: the requests of one client and their answers, independent of the transport (layer:
 // application, remote).
 #pragma once
 
@@ -24,43 +24,43 @@
 
 namespace robomosp::remote {
 
-/// Requests wait in the order of their coming until the session's thread answers them; what is
-/// about jobs (job.list, job.progress, job.wait, job.cancel) and rpc.cancel is answered at once, by
-/// the thread that read it.
+/// Requests are queued until the session's thread runs them; requests about jobs (job.list,
+/// job.progress, job.wait, job.cancel) and rpc.cancel are answered at once, on the thread that read
+/// them.
 class Conversation {
  public:
   using Clock = std::chrono::steady_clock;
   struct Options {
     /// Sends one line, given without its newline. [any thread]
     std::function<void(std::string)> say;
-    /// Called when a request came. [the reader's thread]
+    /// Called for each new request. [the reader's thread]
     std::function<void()> ready;
-    std::size_t most_waits = 64;  ///< of job.wait and server.wait that wait at a time
-    /// Calls `fn` after so many seconds, on any thread, unless what it gives is called before;
-    /// empty = server.wait takes a thread each.
+    std::size_t most_waits = 64;  ///< concurrent job.wait and server.wait requests
+    /// Calls `fn` after this many seconds, on any thread, unless the returned function is called
+    /// before; empty = each server.wait uses a thread.
     std::function<std::function<void()>(double seconds, std::function<void()> fn)> after = {};
   };
   Conversation(ioci::Application& app, ioci::Session& session, RpcServer& server, Options options);
-  /// Ends what waits. The reader's and the session's thread are done with it.
+  /// Ends waiting requests. The reader's and the session's thread must no longer use it.
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
   // --- the reader's thread ---
 
-  /// A message, without its newline.
+  /// Processes a message, without its newline.
   void take(std::string_view line);
-  /// A classic line; its answer is "ok VALUE" or "error CODE SENTENCE".
+  /// Processes a classic line; its answer is "ok VALUE" or "error CODE SENTENCE".
   void take_classic(std::string_view line);
-  /// A line that was longer than is read.
+  /// Reports a line that exceeded the length limit.
   void take_too_long();
-  /// Tells a request that is to end so again, as it may have begun only after that; whether it
-  /// still runs, so that this is to be called again.
+  /// Repeats the cancellation of a request, which may have begun only after the first; returns
+  /// whether it is still running, so that this must be called again.
   bool cancel_again();
 
   // --- the session's thread ---
 
-  /// Answers the next request; false when none waits.
+  /// Runs the next request; false if there is none.
   bool run_next();
 
   // --- any thread ---
@@ -68,19 +68,19 @@ class Conversation {
   [[nodiscard]] bool has_next() const;
   [[nodiscard]] std::size_t waiting() const;        ///< requests
   [[nodiscard]] std::size_t waiting_bytes() const;  ///< of their lines
-  /// Since when a request runs; nullopt when none does.
+  /// Start time of the running request; nullopt if there is none.
   [[nodiscard]] std::optional<Clock::time_point> running_since() const;
-  /// Whether the session's last interrupt was rpc.cancel's; asked once.
+  /// True if the session's last interrupt came from rpc.cancel; resets it.
   [[nodiscard]] bool was_cancelled();
 
  private:
   struct Entry {
     Value message{};
-    std::optional<std::string> answer{};   ///< of what is no message
+    std::optional<std::string> answer{};   ///< ready answer of an invalid message
     std::optional<std::string> classic{};  ///< a line of the 2006 program
     std::size_t bytes = 0;
   };
-  /// Through which jobs report for as long as this lives.
+  /// Forwards reports of jobs as long as it lives.
   struct Gate {
     std::mutex mutex;
     Conversation* conversation = nullptr;  // guarded by mutex
@@ -106,7 +106,7 @@ class Conversation {
   RpcServer& server_;
   const Options options_;
   const std::shared_ptr<SignalWaits> signal_waits_;
-  ioci::Session beside_;  ///< of the same user, for what the reader's thread answers about jobs
+  ioci::Session beside_;  ///< of the same user, for requests about jobs on the reader's thread
   const std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
   std::uint64_t watching_ = 0;  ///< subscription to jobs; 0 = none yet. The session's thread
   std::uint64_t awaiting_ = 0;  ///< another one, for job.wait. The reader's thread
@@ -120,7 +120,7 @@ class Conversation {
   bool was_cancelled_ = false;
   struct SignalWait {
     Value id;                ///< of the request
-    std::uint64_t wait = 0;  ///< in SignalWaits; 0 = not there yet
+    std::uint64_t wait = 0;  ///< in SignalWaits; 0 = not registered yet
     SignalWish wish;
     std::function<void()> stop = {};  ///< its timer
   };
@@ -129,7 +129,7 @@ class Conversation {
     std::uint64_t job = 0;
   };
   std::map<std::uint64_t, SignalWait> signals_;
-  std::list<JobWait> job_waits_;  ///< of jobs that run; no thread waits for them
+  std::list<JobWait> job_waits_;  ///< waits for running jobs, without a thread each
   std::uint64_t next_signal_ = 1;
   std::list<ioci::Session> waits_;  ///< of the same user, each for a wait that is on a thread
   std::map<std::uint64_t, Clock::time_point> watched_;  ///< jobs: when they were last reported
@@ -139,14 +139,14 @@ class Conversation {
 class Lines {
  public:
   explicit Lines(std::size_t longest) : longest_(longest) {}
-  /// Calls line(text) for each line that is whole, without its newline, and too_long() once for
-  /// each that is longer than `longest` and skipped; what they return says whether to go on.
-  /// Returns false when one said no, with the bytes behind it not read.
+  /// Calls line(text) for each complete line, without its newline, and too_long() once for each
+  /// line longer than `longest`, which is skipped; they return whether to continue. Returns false
+  /// if one returned false, leaving the following bytes unread.
   bool feed(std::string_view bytes, const std::function<bool(std::string_view)>& line,
             const std::function<bool()>& too_long);
-  /// A last line without newline, as left behind by the end of input.
+  /// A last line without newline, at the end of input.
   [[nodiscard]] std::string rest() { return is_skipping_ ? std::string() : std::move(buffer_); }
-  /// Whether a line has begun and is not whole.
+  /// True in the middle of a line.
   [[nodiscard]] bool is_within() const { return is_skipping_ || !buffer_.empty(); }
   void set_longest(std::size_t bytes) { longest_ = bytes; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a debugger of an editor works on: a live run of programs, in this program or in another one
-// that serves (layer: application, remote).
+// The target of an editor's debugger: a live run of programs, in this program or on a server
+// (layer: application, remote).
 #pragma once
 
 #include <atomic>
@@ -16,20 +16,20 @@
 
 namespace robomosp::remote {
 
-/// How a run is made.
+/// Options for starting a run.
 struct RunSettings {
-  std::string world;                  ///< its name; "" = the one that has programs
+  std::string world;                  ///< its name; "" = the one with programs
   std::vector<std::string> programs;  ///< of the world; empty = all, with its tasks
-  std::string unbound;                ///< "error" or "free"; "" = as fits
+  std::string unbound;                ///< "error" or "free"; "" = default
   std::optional<double> sample_time, most_time, duration;  ///< [s]
-  std::string entry = "wait";  ///< how programs begin, as world.start_run has it
+  std::string entry = "wait";  ///< how programs begin, as in world.start_run
 };
 struct LaunchSettings {
   RunSettings run;
-  std::filesystem::path program;  ///< source of a program, script, or file of a record
-  std::string robot;              ///< that a program moves which has no world: name or .rbt file
-  std::vector<std::string> arguments;        ///< of a script
-  std::vector<std::filesystem::path> files;  ///< that are loaded first
+  std::filesystem::path program;       ///< source of a program, script, or file of a record
+  std::string robot;                   ///< robot of a program without a world: name or .rbt file
+  std::vector<std::string> arguments;  ///< of a script
+  std::vector<std::filesystem::path> files;  ///< loaded first
 };
 struct AttachSettings {
   RunSettings run;
@@ -38,29 +38,29 @@ struct AttachSettings {
       which;  ///< title or number of a live run; "" = a new one of the world, or the only one
 };
 
-/// All goes through commands, so that both kinds do the same. [the session's thread]
+/// Uses commands only, so that both variants work alike. [the session's thread]
 class Debuggee {
  public:
-  /// Loads what is launched into this program and starts its run, which stands at its begin.
+  /// Loads the launched program and starts its run, paused at its beginning.
   static Result<std::unique_ptr<Debuggee>> launch(ioci::Application&, ioci::Session&,
                                                   lua::LuaState&, LaunchSettings);
-  /// `cancel` ends what waits for the other program.
+  /// `cancel` ends waiting for the other program.
   static Result<std::unique_ptr<Debuggee>> attach(AttachSettings, const std::atomic<bool>& cancel);
 
-  /// A command that is given no run: of the program in which that is.
+  /// Calls a command without a run argument, in the program that has the run.
   Result<Value> ask(std::string_view command, const Map& args);
-  /// A command of the run.
+  /// Calls a command of the run.
   Result<Value> ask_run(std::string_view command, Map args = {});
-  /// From the start: what was launched is loaded anew, the run of another program is reset.
+  /// Restarts: a launched program is loaded again, the run of another program is reset.
   Result<void> restart(const std::string& entry);
-  /// Takes away what this has made. `goes_on` = an attached run plays as it did before.
+  /// Removes everything it has created. `goes_on` = an attached run continues to play as before.
   void leave(bool goes_on);
 
   [[nodiscard]] bool is_attached() const { return client_ != nullptr; }
-  /// Made by another one than this: it is not begun, and not ended with this.
+  /// Started by another client: it is neither started nor ended by this one.
   [[nodiscard]] bool is_foreign() const { return is_foreign_; }
   [[nodiscard]] bool was_playing() const { return was_playing_; }
-  /// Where files of its programs may lie; empty = nobody knows.
+  /// Folder in which files of its programs are searched; empty = unknown.
   [[nodiscard]] std::filesystem::path folder() const;
   [[nodiscard]] const std::string& title() const { return title_; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages with their length, as editors send them (Language Server Protocol, Debug Adapter
-// Protocol): taken out of bytes, bounded, and written (layer: application, remote).
+// Messages with a length header, as used by editors (Language Server Protocol, Debug Adapter
+// Protocol): parsed from bytes, limited, and written (layer: application, remote).
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ namespace robomosp::remote {
 inline constexpr std::size_t kLongestEditorMessage = std::size_t{32} << 20;
 inline constexpr std::size_t kMostEditorValues = 2'000'000;
 
-/// Takes messages out of bytes: a head with Content-Length, a blank line, the message.
+/// Parses messages: a header with Content-Length, a blank line, the message.
 class Frames {
  public:
-  /// Calls each message; false = the bytes are no messages any more, and `fault` says why.
+  /// Calls each message; false = the stream is invalid, with the reason in `fault`.
   template <class Each>
   bool feed(std::string_view bytes, Each&& each, std::string& fault) {
     while (!bytes.empty()) {
@@ -54,18 +54,18 @@ class Frames {
 
 /// A message with its head.
 [[nodiscard]] std::string framed(const nlohmann::json& message);
-/// Writes all; false = nobody reads any more.
+/// Writes all bytes; false = the reader has closed.
 bool write_all(int fd, std::string_view bytes);
 
-/// About how many bytes a text takes that is read as JSON; nothing = it is nested too deep, or has
-/// too many values.
+/// Approximate memory of a parsed JSON text [bytes]; empty = it is nested too deep, or has too many
+/// values.
 [[nodiscard]] std::optional<std::size_t> bytes_of_json(std::string_view text);
 
-/// A member of an object; null where there is none.
+/// A member of an object; null if missing.
 [[nodiscard]] const nlohmann::json& member(const nlohmann::json& j, const char* name);
 /// A member that is a string; else "".
 [[nodiscard]] std::string string_member(const nlohmann::json& j, const char* name);
-/// A member that is a whole number of at least 0; what is greater than 32 bits is the greatest.
+/// A member that is a whole number of at least 0, clamped to 32 bits.
 [[nodiscard]] std::optional<std::uint32_t> number_member(const nlohmann::json& j, const char* name);
 
 }  // namespace robomosp::remote

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// LuaThread: runs the scripts of a connection, in the program where it may do so and in a locked
-// process otherwise, on a thread of its own, as the connection's requests come on any (layer:
-// application, remote).
+// LuaThread: runs the scripts of a connection on a separate thread, since its requests arrive on
+// any: in the program if permitted, else in a locked process (layer: application, remote).
 #pragma once
 
 #include <condition_variable>
@@ -14,7 +13,7 @@
 
 namespace robomosp::remote {
 
-/// The thread begins with the first eval() and ends with this. [one thread at a time]
+/// The thread starts with the first eval() and ends with this object. [one thread at a time]
 class LuaThread {
  public:
   /// `is_trusted`: scripts run in this program.
@@ -23,14 +22,14 @@ class LuaThread {
   ~LuaThread();
   LuaThread(const LuaThread&) = delete;
   LuaThread& operator=(const LuaThread&) = delete;
-  /// {value or values, output}, of a process also a note; waits for the end.
+  /// Returns {value or values, output}, from a process also a note; waits for the end.
   Result<Map> eval(const std::string& code);
 
  private:
   void work();
   void work_in_program();
   void work_in_process();
-  /// The next text; nullopt when there is something to serve, or it is the end.
+  /// The next text; nullopt if there are calls to serve, or at the end.
   std::optional<std::string> next();
   void done(Result<Map> result);
   ioci::Application& app_;
@@ -40,7 +39,8 @@ class LuaThread {
   std::condition_variable changed_;
   std::optional<std::string> code_;    // guarded by mutex_
   std::optional<Result<Map>> result_;  // guarded by mutex_
-  bool is_called_ = false;             ///< solvers that the script gave; guarded by mutex_
+  bool is_called_ = false;             ///< a solver given by the script was called; guarded by
+                                       ///< mutex_
   bool is_ending_ = false;             // guarded by mutex_
   std::thread thread_;
 };

@@ -25,35 +25,35 @@ inline constexpr std::size_t kLongestLine = std::size_t{8} << 20;
 /// Most requests of a batch.
 inline constexpr std::size_t kLongestBatch = 10'000;
 
-/// Bytes of the answers to a batch after which its other requests are not run.
+/// Limit for the answers to a batch, after which its other requests are not run [bytes].
 inline constexpr std::size_t kLongestAnswer = std::size_t{64} << 20;
 
-/// What a connection adds to the commands, and what it bounds.
+/// Additions and limits of a connection.
 struct RpcOptions {
-  /// What lua.eval gives; empty = it is refused. [the session's thread]
+  /// Result of lua.eval; empty = refused. [the session's thread]
   std::function<Result<Map>(const std::string& code)> evaluate{};
-  /// Methods of the connection itself, whose params are an object. [the session's thread]
+  /// Methods of the connection itself, with params as an object. [the session's thread]
   std::map<std::string, std::function<Result<Value>(const Map& params)>, std::less<>> methods{};
-  /// An error refuses the request before anything is done. [any thread]
+  /// An error refuses the request before it has any effect. [any thread]
   std::function<std::optional<Error>(std::string_view method)> admit{};
-  /// Called with what was asked for and how it ended. [any thread]
+  /// Called after each request with its result. [any thread]
   std::function<void(std::string_view method, const Map* params, const Result<Value>&)> audit{};
   /// Called with the number of each job that is started. [the session's thread]
   std::function<void(std::uint64_t job)> job_started{};
-  /// The error as the client is told it. [any thread]
+  /// Converts an error to the form shown to the client. [any thread]
   std::function<Error(Error)> explain{};
   std::size_t longest_line = kLongestLine;
   std::size_t longest_batch = kLongestBatch;
-  std::size_t longest_answer = 0;  ///< [bytes]; 0 = as long as it is
-  std::size_t most_jobs = 0;       ///< of the session, at a time; 0 = as many as there are
+  std::size_t longest_answer = 0;  ///< [bytes]; 0 = no limit
+  std::size_t most_jobs = 0;       ///< concurrent jobs of the session; 0 = no limit
 };
 
-/// What lua.eval answers: {value or values, output}.
+/// The result of lua.eval: {value or values, output}.
 [[nodiscard]] Map script_answer(List values, std::string output);
 
 /// Methods are the commands, plus "lua.eval" {code}, "ioci.classic" {line} and those of the
-/// options. A request with "job": true is answered at once with the handle of a job. [the session's
-/// thread] unless marked
+/// options. A request with "job": true returns the handle of a job at once. [the session's thread]
+/// unless marked
 class RpcServer {
  public:
   /// lua.eval runs in `lua`.
@@ -61,27 +61,27 @@ class RpcServer {
   RpcServer(ioci::Application& app, ioci::Session& session, RpcOptions options)
       : app_(app), session_(session), options_(std::move(options)) {}
 
-  /// Answer to one line without its newline; nullopt when nothing is to be sent (notifications,
+  /// The answer to one line without its newline; nullopt if nothing is to be sent (notifications,
   /// blank lines).
   [[nodiscard]] std::optional<std::string> answer(std::string_view line);
   /// Answer to a message or batch.
   [[nodiscard]] std::optional<std::string> answer(const Value& message);
-  /// Answer to one message that another session of the connection asks while this one is busy; not
+  /// The answer to one message, on another session of the connection while this one is busy; not
   /// for lua.eval. [that session's thread]
   [[nodiscard]] std::optional<std::string> answer_beside(const Value& message,
                                                          ioci::Session& session) const;
-  /// The same in two parts: the answer if the message is not let in, and that of one which was.
+  /// The same in two parts: the answer if the message is refused, and that of an admitted one.
   [[nodiscard]] std::optional<std::string> refuse_beside(const Value& message) const;
   [[nodiscard]] std::optional<std::string> answer_admitted(const Value& message,
                                                            ioci::Session& session) const;
-  /// What a script printed since the last lua.eval; set LuaOptions::print to append here.
+  /// Text printed by scripts since the last lua.eval; set LuaOptions::print to append here.
   std::string printed;
-  /// Where lua.eval runs for a session that may not load code; null = it is refused there. A
-  /// session with loads_code runs its scripts in this process.
+  /// Runs lua.eval for a session that may not load code; null = refused. A session with loads_code
+  /// runs its scripts in this process.
   LuaChild* untrusted = nullptr;
   /// Called with the number of each job that is started by a request with "progress": true.
   std::function<void(std::uint64_t)> watch;
-  /// Answer to a line that was longer than is read. [any thread]
+  /// The answer to a line that exceeded the length limit. [any thread]
   [[nodiscard]] std::string too_long() const;
   [[nodiscard]] static std::string not_json(const Error& e);  ///< [any thread]
   [[nodiscard]] std::string success(const Value& id, const Value& result,
@@ -92,13 +92,13 @@ class RpcServer {
   struct Request;
   [[nodiscard]] std::optional<std::string> answer_one(const Value& message);
   [[nodiscard]] Result<Value> run(const Request&);
-  /// run(), with what the options ask for.
+  /// run() with the checks of the options.
   [[nodiscard]] Result<Value> run_admitted(const Request&);
   [[nodiscard]] Result<Value> run_classic(const Request&);
   [[nodiscard]] Result<Value> evaluate(const Request&);
   [[nodiscard]] Result<Value> start_job(const Request&);
   [[nodiscard]] Result<void> check_jobs();
-  /// The request, or the answer that it is none (nullopt = no answer is wanted).
+  /// The request, or the answer that it is invalid (nullopt = none is to be sent).
   [[nodiscard]] Result<Request> read(const Value& message,
                                      std::optional<std::string>& refusal) const;
   [[nodiscard]] std::optional<std::string> told(const Request&, Result<Value>) const;
@@ -108,13 +108,13 @@ class RpcServer {
   ioci::Application& app_;
   ioci::Session& session_;
   const RpcOptions options_;
-  std::vector<std::uint64_t> jobs_;  ///< that the session started, where they are counted
+  std::vector<std::uint64_t> jobs_;  ///< started by the session, if they are limited
 };
 
-/// Reads lines from descriptor `in`, answers on `out`, until the end of input, a `quit` command or
-/// an interrupt. It reads on while something runs: what is about jobs (job.list, job.progress,
-/// job.wait, job.cancel) and rpc.cancel is answered at once, all else in the order of its coming.
-/// Returns the program's exit code. [the session's thread]
+/// Reads lines from descriptor `in`, writes answers to `out`, until the end of input, a `quit`
+/// command or an interrupt. It continues to read while a request runs: requests about jobs
+/// (job.list, job.progress, job.wait, job.cancel) and rpc.cancel are answered at once, all others
+/// in order. Returns the program's exit code. [the session's thread]
 int serve(ioci::Application& app, ioci::Session& session, RpcServer& server, int in, int out);
 
 }  // namespace robomosp::remote

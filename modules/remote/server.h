@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Server: many clients on one program, over TCP and Unix sockets, with TLS where the network is not
-// this machine (layer: application, remote).
+// Server: many clients of one program, over TCP and Unix sockets, with TLS for other machines
+// (layer: application, remote).
 #pragma once
 
 #include <cstdint>
@@ -21,27 +21,27 @@
 
 namespace robomosp::remote {
 
-/// Version of the protocol, which hello names.
+/// Version of the protocol, sent by hello.
 inline constexpr int kProtocol = 1;
 
 struct ServerOptions {
   std::vector<Address> addresses;          ///< empty = 127.0.0.1:7007
   std::filesystem::path certificate, key;  ///< PEM; empty = no TLS
-  std::filesystem::path token_file;        ///< empty = the usual one of the user
+  std::filesystem::path token_file;        ///< empty = the user's default
   bool needs_token = false;                ///< also on addresses of this machine
   bool tls_everywhere = false;             ///< also on addresses of this machine
-  Rights without_token;                    ///< of who needs none
+  Rights without_token;                    ///< of clients that need no token
   Limits limits;
   bool browser = false;              ///< serves the page, and WebSockets, on the same ports
-  std::vector<std::string> origins;  ///< of pages from elsewhere that may connect
-  std::filesystem::path audit;       ///< a line a request is added; empty = none
+  std::vector<std::string> origins;  ///< further origins of pages that may connect
+  std::filesystem::path audit;       ///< file for one line per request; empty = none
 };
 
 struct ClientInfo {
   std::uint64_t number = 0;   ///< of the connection, counted from 1
   std::uint64_t session = 0;  ///< 0 before its first command
-  std::string name;           ///< as it says
-  std::string token;          ///< "" = without
+  std::string name;           ///< given by the client
+  std::string token;          ///< "" = none
   std::string peer;           ///< "127.0.0.1:51234", "unix"
   std::string protocol;       ///< "json", "classic", "websocket", "" before hello
   bool has_tls = false;
@@ -50,23 +50,23 @@ struct ClientInfo {
   std::size_t waiting = 0;  ///< requests
 };
 
-/// Listens from start() until it is destroyed. [any thread] unless marked
+/// Listens from start() until its destruction. [any thread] unless marked
 class Server {
  public:
-  /// Refuses what would be open to the network without TLS and a token.
+  /// Refuses access from the network without TLS and a token.
   static Result<std::unique_ptr<Server>> start(ioci::Application& app, ServerOptions options);
-  /// Says goodbye to its clients, ends what they run and waits for that. Not by a command of a
-  /// client.
+  /// Notifies its clients, ends their requests and waits for these. Must not be called by a
+  /// client's command.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Where it listens, with the ports that the system chose.
+  /// The addresses, with the ports chosen by the system.
   [[nodiscard]] std::vector<Address> addresses() const;
   [[nodiscard]] std::vector<ClientInfo> clients() const;
-  /// Closes a connection with a sentence; false when there is none of that number.
+  /// Closes a connection with a reason; false if the number is unknown.
   bool kick(std::uint64_t number, const std::string& reason);
-  /// Closes the connections of a token; how many.
+  /// Closes the connections of a token; returns their number.
   std::size_t kick_token(std::string_view token, const std::string& reason);
   [[nodiscard]] const std::filesystem::path& tokens_file() const;
   [[nodiscard]] const ServerOptions& options() const;
@@ -79,15 +79,16 @@ class Server {
   std::shared_ptr<Impl> impl_;
 };
 
-/// What a program serves: the servers that server.start began. Kept with the application.
+/// The server started by server.start. Kept with the application.
 class Servers {
  public:
   explicit Servers(ioci::Application& app) : app_(app) {}
-  /// ErrorCode::conflict when one runs.
+  /// ErrorCode::conflict if one is running.
   Result<void> start(ServerOptions options);
-  /// Takes the one that runs out, which ends when it is let go of; null when none runs.
+  /// Returns and clears the running server, which ends with its last pointer; null if none is
+  /// running.
   [[nodiscard]] std::shared_ptr<Server> release();
-  /// Null = none runs; it stays while the pointer is held.
+  /// Null = none is running; the server lives as long as the pointer.
   [[nodiscard]] std::shared_ptr<Server> running() const;
 
  private:

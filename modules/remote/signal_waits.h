@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SignalWaits: who waits until a signal of a world has a value (layer: application, remote).
+// SignalWaits: clients that wait until a signal of a world has a value (layer: application,
+// remote).
 #pragma once
 
 #include <cstdint>
@@ -18,43 +19,43 @@ namespace robomosp::remote {
 struct SignalWish {
   enum class Is : std::uint8_t { equal, at_least, at_most };
   WorldId world;
-  std::string world_name;  ///< for sentences
+  std::string world_name;  ///< for messages
   std::string signal;
   Is is = Is::equal;
   double value = 1;    ///< SI
-  std::string client;  ///< who is to set it; "" = anybody
-  double absent = 5;   ///< how long nobody of that name may be connected [s]
+  std::string client;  ///< client that should set it; "" = any
+  double absent = 5;   ///< longest time without a connected client of that name [s]
 };
 
-/// Nobody polls: each commit that changes a world is looked at once for those who wait for its
-/// signals, on a thread of the executor, and nothing is done while nobody waits. [any thread]
+/// Without polling: each commit that changes a world is checked once for waits on its signals, on a
+/// thread of the executor; without waits there is no cost. [any thread]
 class SignalWaits {
  public:
   using Done = std::function<void(Result<Value>)>;
-  /// That of the program. Who has it may keep it longer than the program lives.
+  /// The one of the program. Its holders may keep it longer than the program lives.
   [[nodiscard]] static std::shared_ptr<SignalWaits> of(ioci::Application& app);
   explicit SignalWaits(ioci::Application& app);
   ~SignalWaits();
   SignalWaits(const SignalWaits&) = delete;
   SignalWaits& operator=(const SignalWaits&) = delete;
 
-  /// The value when it is as wished now; why it never will be; nullopt = not yet.
+  /// The value if it matches now; an error if it never will; nullopt = not yet.
   [[nodiscard]] std::optional<Result<Value>> look(const SignalWish& wish) const;
-  /// Called when the client of a wait is not there; after wish.absent check_absent() is due.
+  /// Called if the client of a wait is not connected; call check_absent() after wish.absent.
   using Away = std::function<void(std::uint64_t wait)>;
-  /// `done` is called once, with what look() gives then, by any thread or before this returns; so
-  /// is `away`, as often as need be.
+  /// Calls `done` once with the result of look(), on any thread or before this returns; `away` may
+  /// be called repeatedly.
   std::uint64_t begin(SignalWish wish, Done done, Away away);
-  /// Ends the wait if its client has been away for too long.
+  /// Ends the wait if its client has been absent too long.
   void check_absent(std::uint64_t wait);
-  /// False when `done` has been called, or is about to be.
+  /// False if `done` was called, or is about to be.
   bool end(std::uint64_t wait);
-  /// A client has connected, or has gone.
+  /// Reports that a client connected or disconnected.
   void client_came(const std::string& name);
   void client_gone(const std::string& name);
-  /// Why a wait is over after so many seconds.
+  /// The error of a timeout after this many seconds.
   [[nodiscard]] Error late(const SignalWish& wish, double seconds) const;
-  /// The program ends; nobody is told any more.
+  /// Called when the program ends; no callbacks follow.
   void close();
 
  private:
@@ -62,9 +63,9 @@ class SignalWaits {
   std::shared_ptr<State> state_;
 };
 
-/// While it lives, server.wait on this thread does not wait but leaves its wish here; or may wait
-/// on this thread though it is a client's. Elsewhere a client's wait is refused, as it would hold
-/// up others.
+/// During its lifetime, server.wait on this thread stores its wish here instead of waiting, or may
+/// wait although the thread is a client's. Elsewhere a client's wait is refused, since it would
+/// block others.
 class DeferredWait {
  public:
   DeferredWait();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TLS by OpenSSL, apart from sockets: bytes of the network in, bytes of the network out
-// (layer: application, remote). No OpenSSL type shows here.
+// TLS by OpenSSL, independent of sockets: network bytes in, network bytes out (layer: application,
+// remote). No OpenSSL types in this header.
 #pragma once
 
 #include <filesystem>
@@ -14,16 +14,17 @@
 
 namespace robomosp::remote {
 
-/// What one end of connections needs for TLS 1.2 or later: a server its certificate and key, a
-/// client whom it trusts. [any thread]
+/// Settings of one end of connections, TLS 1.2 or later: a server's certificate and key, or a
+/// client's trusted certificates. [any thread]
 class TlsContext {
  public:
-  /// PEM files: the certificate with its chain, and the private key, which only its owner may be
-  /// able to read. ErrorCode::io or invalid_argument says which file is wrong and why.
+  /// PEM files: the certificate with its chain, and the private key, which must be readable by its
+  /// owner only. ErrorCode::io or invalid_argument with the file and the reason.
   static Result<std::shared_ptr<TlsContext>> create(const std::filesystem::path& certificate,
                                                     const std::filesystem::path& key);
-  /// Of a client. `trusted`: a PEM file of certificates; a server that shows one of them is trusted
-  /// whatever its name, and what they signed by name. Empty = the authorities of the system.
+  /// For a client. `trusted`: a PEM file of certificates; a server with one of them is trusted
+  /// whatever its name, and certificates signed by them are checked by name. Empty = the system's
+  /// authorities.
   static Result<std::shared_ptr<TlsContext>> create_client(const std::filesystem::path& trusted);
   ~TlsContext();
   TlsContext(const TlsContext&) = delete;
@@ -33,7 +34,7 @@ class TlsContext {
   friend class TlsStream;
   TlsContext() = default;
   void* context_ = nullptr;     ///< SSL_CTX
-  std::vector<void*> trusted_;  ///< X509, whatever their name
+  std::vector<void*> trusted_;  ///< X509, trusted whatever their name
 };
 
 /// One end of a connection. [one thread at a time]
@@ -41,21 +42,21 @@ class TlsStream {
  public:
   /// The server's end.
   explicit TlsStream(std::shared_ptr<TlsContext> context);
-  /// The client's end, which speaks first: its output() holds the beginning. `host` is the name or
-  /// the address that the server must be certified for.
+  /// The client's end, which sends first: output() returns its first bytes. `host` is the name or
+  /// address for which the server must be certified.
   TlsStream(std::shared_ptr<TlsContext> context, std::string host);
   ~TlsStream();
   TlsStream(const TlsStream&) = delete;
   TlsStream& operator=(const TlsStream&) = delete;
 
-  /// Takes bytes of the network and gives what they say to `plain`, in pieces. An error ends the
-  /// connection; output() may hold an alert then.
+  /// Processes network bytes and passes decrypted data to `plain`, in pieces. An error ends the
+  /// connection; output() may then contain an alert.
   Result<void> feed(std::string_view bytes, const std::function<void(std::string_view)>& plain);
-  /// To be sent encrypted; false before the handshake is done, when nothing can be.
+  /// Encrypts data for sending; false before the handshake is complete.
   bool write(std::string_view plain);
-  /// Says to the peer that nothing follows.
+  /// Notifies the peer of the end.
   void close();
-  /// Bytes for the network that wait; they are taken.
+  /// Returns and clears the bytes to send.
   [[nodiscard]] std::string output();
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }  ///< by the peer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a robot stands when nobody says otherwise (layer: data processing, robotics). [any thread]
+// Default configuration of a robot (layer: data processing, robotics). [any thread]
 #pragma once
 
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far configurations are beyond the limits of their joints, whole turns counted as none
-// (layer: data processing, robotics). [any thread]
+// Distances of configurations from their joint limits, modulo whole turns (layer: data processing,
+// robotics). [any thread]
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,28 @@
 
 namespace robomosp::robotics {
 
-/// The same mechanism without limits of position.
+/// The same mechanism without position limits.
 [[nodiscard]] RobotModel without_limits(const RobotModel& model);
 
-/// Where solvers without a seed begin: the middle of the limits, 0 where there are none, no turn.
+/// Initial configuration of solvers without a seed: the middle of the limits, 0 without limits, the
+/// identity for quaternions.
 [[nodiscard]] std::vector<double> start_configuration(const RobotModel& model);
 
-/// The joint that is farthest beyond a limit of its own.
+/// The joint that exceeds a limit by the most.
 struct LimitExcess {
   std::int32_t joint = -1;  ///< index into RobotModel::joints; -1 = all are within their limits
   double by = 0;            ///< [rad or m]
-  double value = 0;         ///< where the joint is [rad or m]
-  double limit = 0;         ///< the limit that it is beyond
+  double value = 0;         ///< position of the joint [rad or m]
+  double limit = 0;         ///< the exceeded limit
 };
 
-/// Joints of one coordinate only, followers among them; `slack` [rad or m] beyond counts as within.
+/// Joints of one coordinate only, including followers; up to `slack` [rad or m] beyond counts as
+/// within.
 [[nodiscard]] LimitExcess limit_excess(const RobotModel& model, std::span<const double> q,
                                        double slack = 1e-9);
 
-/// Adds whole turns to the revolute joints that nothing follows: within the limits, as near to
-/// `near` (a configuration, or empty) as can be; else to where the excess is least.
+/// Adds whole turns to the revolute joints without followers: within the limits, as near as
+/// possible to `near` (a configuration, or empty); else where the excess is least.
 void turn_into_limits(const RobotModel& model, std::span<double> q, std::span<const double> near);
 
 /// `joint 3 ("elbow") at 72.3 deg, 12.3 deg beyond its limit`

@@ -14,13 +14,13 @@ namespace robomosp::robotics {
 
 /// The i-th configuration depends on the robot, the seed and i alone. Even ones are an additive
 /// recurrence with the powers of the generalised golden ratio (Roberts, 2018), shifted by the seed
-/// (Cranley, Patterson, SIAM J. Numer. Anal. 13(6), 1976); of odd ones, each joint with limits
-/// closer than a turn is put on one of them with probability 1/2. Joints without limits: revolute
+/// (Cranley, Patterson, SIAM J. Numer. Anal. 13(6), 1976); in odd ones, each joint with limits
+/// closer than a turn is at one of them with probability 1/2. Joints without limits: revolute
 /// -pi..pi, ball all rotations.
 class JointSampler {
  public:
-  /// Moves the joints that carry `tip`, in `fixed` (coordinate_count() numbers) the others. Refused
-  /// are free joints and prismatic ones without limits, whose space has no end, and closed loops.
+  /// Moves the joints that carry `tip`; the others stay at `fixed` (coordinate_count() numbers).
+  /// Rejects free joints and prismatic ones without limits, which are unbounded, and closed loops.
   static Result<JointSampler> make(const RobotModel& model, std::size_t tip,
                                    std::span<const double> fixed, std::uint64_t seed);
   /// q: coordinate_count() numbers.
@@ -39,8 +39,8 @@ class JointSampler {
   std::uint64_t seed_ = 0;
 };
 
-/// The range that a joint of one coordinate can take so that the joints coupled to it stay within
-/// their limits too; infinite where nothing limits it [rad or m].
+/// The range of a joint of one coordinate in which the joints coupled to it also stay within their
+/// limits; infinite if unlimited [rad or m].
 struct JointRange {
   double lower, upper;
 };

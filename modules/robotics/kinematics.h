@@ -12,8 +12,8 @@
 
 namespace robomosp::robotics {
 
-/// base_T_joint of every joint: joint_frames[i * joints + j] for the i-th configuration in q, as
-/// many samples as joint_frames has room for.
+/// base_T_joint of every joint: joint_frames[i * joints + j] for the i-th configuration in q; the
+/// size of joint_frames sets the number of samples.
 void forward_kinematics(const RobotModel& model, std::span<const double> q,
                         std::span<Pose> joint_frames);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels behind batch_kinematics.h, one table an instruction set; plain structures only
+// The kernels behind batch_kinematics.h, one table per instruction set; plain structures only
 // (layer: data processing, robotics).
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace robomosp::robotics::kernels {
 
-/// What to compute. Poses are 12 numbers (R row-major, p); null outputs are left out.
+/// Inputs and outputs. Poses are 12 numbers (R row-major, p); null outputs are skipped.
 struct Task {
   const spatial::JointConstants* joints;
   const std::int32_t* path;  ///< joints to place, parents first
@@ -25,7 +25,7 @@ struct Task {
   double *frames, *poses, *jacobians;
 };
 
-/// Poses as people read them, each in an array of its own, one row a pose.
+/// Poses in readable representations, each in a separate array, one row per pose.
 struct PoseRows {
   double* matrices;     ///< 16 numbers each, row-major
   double* positions;    ///< 3
@@ -45,7 +45,7 @@ struct Table {
   std::size_t lanes;
 };
 
-/// The kernels of a set, or of the widest that processor and build have. [any thread]
+/// The kernels of a set, or of the widest one that processor and build support. [any thread]
 [[nodiscard]] const Table& table(spatial::InstructionSet set);
 
 namespace baseline {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether entry i of q, qd and tau is joint i of an open tree, and if not, why (layer: data
-// processing, robotics). [any thread]
+// Checks whether entry i of q, qd and tau is joint i of an open tree (layer: data processing,
+// robotics). [any thread]
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace robomosp::robotics {
 
-/// A clause such as `its joint "right" follows joint "left"` or `it has the closed loop "pin"`;
-/// empty where every joint has one coordinate of its own and there are no loops.
+/// The reason why not, a clause such as `its joint "right" follows joint "left"` or `it has the
+/// closed loop "pin"`; empty if every joint has one independent coordinate and there are no loops.
 [[nodiscard]] std::string why_not_single_joints(const RobotModel& model);
 
 }  // namespace robomosp::robotics

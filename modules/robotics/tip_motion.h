@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a tip can do in one configuration: in a tree the columns of its geometric Jacobian, with
-// closed loops what keeps them closed, by the rates of the motors (layer: data processing,
-// robotics). [any thread]
+// Motions of a tip in one configuration: in a tree the columns of its geometric Jacobian, with
+// closed loops those that keep them closed, as functions of the motor rates (layer: data
+// processing, robotics). [any thread]
 #pragma once
 
 #include <cstddef>
@@ -22,14 +22,14 @@ namespace robomosp::robotics {
 struct TipMotion {
   /// The tip's twist (vx vy vz wx wy wz) in the base frame for unit rate of each motor.
   std::vector<double> jacobian;
-  /// Entries of qd that the columns belong to: of the motors; of all joints where none is passive
-  /// or there is no loop.
+  /// Entries of qd of the columns: those of the motors; of all joints if none is passive or there
+  /// is no loop.
   std::vector<std::size_t> motors;
   /// Orthonormal joint rates that keep the loops closed, dof() each, and the tip's twist for each.
   std::vector<std::vector<double>> feasible;
   std::vector<double> feasible_twists;
-  /// Unit joint rates that keep the loops closed while the motors stand still, dof() each, and the
-  /// tip's twist for each: nothing that the motors do resists them.
+  /// Unit joint rates that keep the loops closed with the motors at rest, dof() each, and the tip's
+  /// twist for each: the motors cannot resist them.
   std::vector<std::vector<double>> loose;
   std::vector<double> self_motion_twists;
   double hold = 1;  ///< least rate of the motors for unit joint rates, 0 = some are not held
@@ -40,9 +40,9 @@ struct TipMotion {
 [[nodiscard]] TipMotion tip_motion(const RobotModel& model, std::size_t tip,
                                    std::span<const Pose> joint_frames, double threshold = 1e-9);
 
-/// A closed configuration about `size` [rad or m] beside a closed one, in the direction that `seed`
-/// says, always the same; a quaternion is of length 1. Where the loops cannot be kept closed all
-/// the way it is as far as they can.
+/// A closed configuration at a distance of about `size` [rad or m] from a closed one, in a
+/// direction determined by `seed`; quaternions are normalised. If the loops cannot be kept closed
+/// over that distance, it moves as far as possible.
 [[nodiscard]] std::vector<double> configuration_beside(const RobotModel& model,
                                                        std::span<const double> q, double size,
                                                        unsigned seed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a robot's tip can be: samples of the joint space counted in voxels, the volume with its
-// error, and how well the robot moves there (layer: data processing, robotics).
+// Workspace of a robot's tip: samples of the joint space counted in voxels, the volume with its
+// error, and the robot's mobility there (layer: data processing, robotics).
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct VoxelGrid {
   [[nodiscard]] std::size_t voxel_of(const Vec3& p) const;
 };
 
-/// Singular values of a Jacobian, as far as its rank over the joint space goes.
+/// Singular values of a Jacobian, up to its rank over the joint space.
 struct JacobianMeasures {
   double manipulability = 0;  ///< product of the first `rank` (Yoshikawa, IJRR 4(2), 1985)
   double condition = 0;       ///< greatest / least of them; infinite where singular
@@ -42,7 +42,7 @@ struct JacobianMeasures {
 [[nodiscard]] JacobianMeasures jacobian_measures(std::span<const double> jacobian, TwistPart part,
                                                  double length, int rank);
 
-/// Sets keep[i] to 0 for the configurations (coordinate_count() numbers each) that do not count.
+/// Sets keep[i] to 0 for configurations (coordinate_count() numbers each) to be ignored.
 using ConfigurationFilter =
     std::function<Result<void>(std::span<const double> q, std::span<std::uint8_t> keep)>;
 
@@ -52,17 +52,17 @@ struct WorkspaceOptions {
   double voxel = 0;  ///< edge [m]; 0 = a fortieth of the greatest extent
   std::uint64_t seed = 1;
   TwistPart part = TwistPart::all;  ///< of the manipulability
-  double length = 1;                ///< that linear velocities are divided by [m]
-  /// Least and greatest corner of what is looked at, mounting frame [m]; none = everything.
+  double length = 1;                ///< length by which linear velocities are divided [m]
+  /// Least and greatest corner of the region, mounting frame [m]; empty = unlimited.
   std::optional<std::array<Vec3, 2>> region;
   ConfigurationFilter filter;  ///< may be empty
-  std::size_t threads = 0;     ///< 0 = all cores; the answer does not depend on it
+  std::size_t threads = 0;     ///< 0 = all cores; the result does not depend on it
 };
 
-/// Reached voxels and the size of the body they make (of a curve that one coordinate draws:
+/// Reached voxels and the size of the body they form (for a curve traced by one coordinate:
 /// curve_length()). A voxel counts half for each axis along which a neighbour is not reached (a
-/// face of the body half, an edge a quarter, a corner an eighth): the surface cuts it at an unknown
-/// place, so that half of the surface voxels are the error.
+/// face of the body half, an edge a quarter, a corner an eighth): the position of the surface in it
+/// is unknown, so half of the surface voxels are the error.
 struct WorkspaceSize {
   std::size_t voxels = 0, surface = 0;
   double size = 0;   ///< [m^3, m^2 or m, by the dimension]
@@ -71,32 +71,32 @@ struct WorkspaceSize {
 
 struct Workspace {
   VoxelGrid grid;
-  int dimension = 3;        ///< 2 where the tip stays in a plane across x, y or z; 1 on a line,
-                            ///< or where one coordinate draws a curve; 0
+  int dimension = 3;        ///< 2 if the tip stays in a plane normal to x, y or z; 1 on a line, or
+                            ///< a curve traced by one coordinate; 0
   Vec3 lower{}, upper{};    ///< box around the reached points [m]
   WorkspaceSize all, half;  ///< from all samples, and from the first half of them
   std::size_t samples = 0, counted = 0;  ///< drawn; within filter and region
   std::vector<std::uint32_t> hits;       ///< samples in each voxel of the grid
   std::vector<std::uint8_t> is_surface;  ///< of the reached ones
   std::vector<double> best, mean;        ///< manipulability over the samples of a voxel
-  /// Of curves that one coordinate draws: the reached place nearest to each voxel's middle, which
-  /// itself is not reached. Else empty.
+  /// For curves traced by one coordinate: the reached point nearest to each voxel's centre, which
+  /// is not reached itself. Else empty.
   std::vector<Vec3> places;
   int rank = 0;  ///< of the Jacobian's part over the joint space
 
-  /// How much the size grew with the second half of the samples, over the size.
+  /// Growth of the size by the second half of the samples, relative to the size.
   [[nodiscard]] double growth() const {
     return all.size > 0 ? (all.size - half.size) / all.size : 0;
   }
-  /// Whether the second half of the samples changed the size by less than its error and by less
-  /// than a twentieth. If not, places are still missing, which `error` does not cover: the true
-  /// size is greater.
+  /// True if the second half of the samples changed the size by less than its error and by less
+  /// than a twentieth. If not, parts are still missing, which `error` does not cover: the true size
+  /// is greater.
   [[nodiscard]] bool is_settled() const {
     return all.size > 0 && all.size - half.size < all.error && growth() < 0.05;
   }
 };
 
-/// Joints that do not carry the tip stay at `fixed`. Tells what JointSampler refuses, and a grid of
+/// Joints that do not carry the tip stay at `fixed`. Errors: those of JointSampler, and a grid of
 /// more than 2^24 voxels. [any thread]
 [[nodiscard]] Result<Workspace> workspace(const RobotModel& model, std::span<const double> fixed,
                                           const WorkspaceOptions&, Progress&);

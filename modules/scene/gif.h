@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Animated GIF files: one palette for the film, frames that hold what changed
-// (layer: application, scene). [one thread at a time]
+// Animated GIF files: one palette for the film, frames that contain only changes (layer:
+// application, scene). [one thread at a time]
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ namespace robomosp::scene {
 /// A colour of a palette, sRGB.
 using GifColour = std::array<std::uint8_t, 3>;
 
-/// Counts the colours of pictures and finds few that stand for them: boxes of the colour cube are
+/// Counts the colours of pictures and finds a few that represent them: boxes of the colour cube are
 /// cut at their mean, the one with the greatest squared error first.
 class GifPalette {
  public:
   GifPalette();
-  /// Bytes red, green, blue, opacity of each pixel; opacity does not count.
+  /// Bytes red, green, blue, opacity of each pixel; opacity is ignored.
   void add(std::span<const std::uint8_t> rgba);
   /// At most `most` (1..256) colours; black where no pixel was counted.
   [[nodiscard]] std::vector<GifColour> colours(std::size_t most) const;
@@ -33,8 +33,8 @@ class GifPalette {
   std::vector<Bin> bins_;
 };
 
-/// Writes a film that repeats for ever. Gradients are dithered by a fixed pattern, so that what
-/// stands still keeps its pixels.
+/// Writes a film that repeats forever. Gradients are dithered by a fixed pattern, so that static
+/// parts keep their pixels.
 class GifWriter {
  public:
   /// `palette`: 1..255 colours; sizes 1..65535 px.
@@ -42,7 +42,7 @@ class GifWriter {
   ~GifWriter();
   GifWriter(const GifWriter&) = delete;
   GifWriter& operator=(const GifWriter&) = delete;
-  /// Adds width x height pixels that stand until `end` from the start [s].
+  /// Adds width x height pixels, shown until `end` from the start [s].
   void add(std::span<const std::uint8_t> rgba, double end);
   /// The file; no frame can follow.
   [[nodiscard]] std::string finish();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replay: a scene, its motion and columns of a recording as one HTML page that needs nothing else
-// (layer: application, scene). [any thread]
+// Replay: a scene, its motion and columns of a recording as one self-contained HTML page (layer:
+// application, scene). [any thread]
 #pragma once
 
 #include <cstddef>
@@ -21,16 +21,16 @@
 
 namespace robomosp::scene {
 
-/// What a replay shows besides the scene and its motion.
+/// Options of a replay besides the scene and its motion.
 struct ReplayRequest {
   std::string title;
-  double frame_rate = 30;                              ///< poses kept a second at most, > 0
-  render::Camera camera;                               ///< where the page starts to look from
+  double frame_rate = 30;                              ///< most poses kept per second, > 0
+  render::Camera camera;                               ///< initial view of the page
   std::vector<const recording::Column*> columns = {};  ///< plotted over the playback's times
 };
 
-/// What a page holds, in two texts: `header` is JSON that lists everything in the order in which
-/// `bytes` holds its numbers; scene/replay/decode.js reads them.
+/// The data of a page, in two texts: `header` is JSON that lists all content in the order of its
+/// numbers in `bytes`; scene/replay/decode.js reads them.
 ///
 /// All numbers of `bytes` are whole and of seven bits a byte, the lowest first; signed ones are
 /// folded (0, -1, 1, -2 as 0, 1, 2, 3). A list is written as its first number and the *steps* from
@@ -46,23 +46,23 @@ struct ReplayRequest {
 struct ReplayData {
   std::string header;
   std::string bytes;
-  std::size_t frames = 0;    ///< poses kept of every moving body
+  std::size_t frames = 0;    ///< poses kept for every moving body
   double step = 0;           ///< time between them [s]
   double position_step = 0;  ///< of bodies [m]
 };
 
-/// Packs a scene whose items and triads move as the playback says. Frames are even in time, both
-/// ends included, no closer than the playback's own samples. Columns of more samples than a
+/// Packs a scene with items and triads that move by the playback. Frames are equidistant in time,
+/// both ends included, no closer than the playback's samples. Columns with more samples than a
 /// screen shows keep the least and the greatest of each run of samples.
 [[nodiscard]] Result<ReplayData> replay_data(const render::Scene&, const Playback&,
                                              const ReplayRequest&, Progress&);
 
-/// A scene that stands still, for a page that follows it: what changes seldom, which has a
-/// fingerprint, and apart from it the poses. The page keeps meshes by their keys, so that an edit
-/// sends what it changed.
+/// A static scene, for a page that follows it: the parts that seldom change, with a fingerprint,
+/// and separately the poses. The page keeps meshes by their keys, so that an edit sends only
+/// changes.
 struct SceneData {
-  std::string shape;          ///< fingerprint of all but the poses
-  std::string header, bytes;  ///< as of ReplayData, of one frame; items and triads without places
+  std::string shape;          ///< fingerprint of everything but the poses
+  std::string header, bytes;  ///< as in ReplayData, of one frame; items and triads without poses
   std::vector<double> poses;  ///< x, y, z [m], qw, qx, qy, qz of each item of the header, then of
                               ///< each triad
 };
@@ -75,16 +75,16 @@ class MeshKeys {
  private:
   std::mutex mutex_;
   std::map<std::weak_ptr<const Mesh>, std::string, std::owner_less<>> keys_;  // guarded by mutex_
-  std::size_t cleaned_ = 64;  ///< so many are kept before those of meshes that are gone are dropped
+  std::size_t cleaned_ = 64;  ///< number of keys at which those of deleted meshes are removed
 };
 
-/// Packs a scene. Header and bytes are empty when the shape is `known`; meshes with a key in `kept`
+/// Packs a scene. Header and bytes are empty if the shape is `known`; meshes with a key in `kept`
 /// are listed without their numbers.
 [[nodiscard]] SceneData scene_data(const render::Scene&, const render::Camera&, MeshKeys&,
                                    std::string_view known, const std::set<std::string>& kept);
 
-/// The page of packed data: markup, style, scripts, data; it loads nothing from anywhere.
-/// `is_watched`: it reads itself again every other second, and goes on where it was.
+/// The page of packed data: markup, style, scripts, data; it loads no other files. `is_watched`: it
+/// reloads itself every other second, and keeps its position.
 [[nodiscard]] std::string replay_page(const ReplayData&, const std::string& title,
                                       bool is_watched = false);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ShapeStore: the shapes of records, kept as long as nothing that they were made from has changed
-// (layer: application, scene). Internal to modules/scene. [one thread at a time]
+// ShapeStore: the shapes of records, kept until one of their inputs changes (layer: application,
+// scene). Internal to modules/scene. [one thread at a time]
 #pragma once
 
 #include <optional>
@@ -20,33 +20,33 @@ class ShapeStore {
 
   [[nodiscard]] evaluation::Derived& derived() const { return derived_; }
   [[nodiscard]] const Registry& registry() const { return registry_; }
-  /// From now on the shapes are those of `snapshot`.
+  /// Switches to the shapes of `snapshot`.
   void renew(const document::SnapshotPtr& snapshot);
   void forget();
-  /// Forgets the bodies of all other records.
+  /// Drops the bodies of all other records.
   void keep_bodies(const std::unordered_map<AnyId, std::vector<std::size_t>>& used);
   /// Forgets all other robots.
   void keep_robots(const std::unordered_set<AnyId>& used);
 
-  /// Makes those of the solids and objects that are not there, several at once.
+  /// Builds the missing solids and objects, several at once.
   Result<void> prepare(const std::vector<AnyId>& bodies, Progress&);
-  /// Solids, objects and materials. What failed has its failure in the shape.
+  /// For solids, objects and materials. Failures are stored in the shape.
   Result<ShapePtr> bodies(AnyId what, Detail, Progress&);
   Result<ShapePtr> mark(AnyId what, Progress&);
   ShapePtr frames(AnyId what);
   ShapePtr dimensions(AnyId what);
-  /// Whether an exact one is there.
+  /// True if an exact one is stored.
   [[nodiscard]] bool has_exact(AnyId what) const;
-  /// Records whose bodies are coarse.
+  /// Records with coarse bodies.
   [[nodiscard]] const std::unordered_set<AnyId>& coarse() const { return coarse_; }
 
   struct Robot {
-    RobotBasePtr base;  ///< null where it failed, or is outstanding
+    RobotBasePtr base;  ///< null if it failed, or is not built yet
     ShapePtr bodies, frames, rows;
     std::optional<Error> failure;
     bool is_current = false;  ///< else it is that of an earlier snapshot
   };
-  /// With Detail::coarse what is there, be it old; nothing is computed.
+  /// With Detail::coarse, returns what is stored, even if outdated; nothing is computed.
   Result<const Robot*> robot(RobotId, Detail, Progress&);
 
  private:

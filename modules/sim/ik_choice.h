@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which solver of inverse kinematics serves a robot that names none, which ones take an argument,
-// and the names of branches (layer: application). [any thread]
+// Selection of the inverse kinematics solver for a robot without an explicit one, solvers that
+// support an argument, and the names of branches (layer: application). [any thread]
 #pragma once
 
 #include <optional>
@@ -15,41 +15,40 @@
 
 namespace robomosp::sim {
 
-/// The solver of a robot that names none.
+/// The solver selected for a robot without an explicit one.
 struct AutomaticIk {
   std::string provider;
   bool is_closed_form = false;
-  /// Why the program's closed forms for as many joints do not serve it, a sentence each.
+  /// Reasons why the program's closed forms for this number of joints do not fit, a sentence each.
   std::vector<std::string> refusals;
 };
 
-/// The first closed form that came with the program and serves every tip; where there is none, or
-/// where another default was chosen than the program's own, the default. Robots of more than 64
-/// moving joints are not looked at.
+/// The first shipped closed form that supports every tip; if there is none, or if the program's
+/// default was changed, the default. Not attempted for robots of more than 64 moving joints.
 Result<AutomaticIk> automatic_ik(const Registry&, const RobotModel&);
 
-/// The enabled solvers with a tag that serve this robot.
+/// The enabled solvers with a tag that support this robot.
 std::vector<std::string> ik_solvers_with(const Registry&, const std::shared_ptr<const RobotModel>&,
                                          std::string_view tag);
 
-/// What of the branches of one tip a solver names; without choices where it names none.
+/// The branches of one tip as named by a solver; without choices if it names none.
 class BranchNames {
  public:
   BranchNames() = default;
   BranchNames(const Bound<IkSolver>& ik, std::int32_t tip);
   [[nodiscard]] bool empty() const { return choices_.empty(); }
   [[nodiscard]] std::span<const IkBranchChoice> choices() const { return choices_; }
-  /// One number a choice and configuration, from -1 to 1; a plugin's NaN is 0.
+  /// One number per choice and configuration, from -1 to 1; a plugin's NaN becomes 0.
   [[nodiscard]] std::vector<double> measure(std::span<const double> q) const;
-  /// STATUS of programs of one configuration: 1 the shoulder, 2 the elbow, 4 the wrist, set where
-  /// it is the second way; choices of other names follow. Of an arm with a spherical wrist all
-  /// three are geometry (robotics::arm_status: behind, below, flipped), not the solver's names,
-  /// which depend on the sense of its axes. `known`: the bits that the robot has.
+  /// STATUS of programs for one configuration: 1 the shoulder, 2 the elbow, 4 the wrist, set for
+  /// the second side; further choices follow. For an arm with a spherical wrist all three are
+  /// determined geometrically (robotics::arm_status: behind, below, flipped), not by the solver's
+  /// names, which depend on the direction of its axes. `known`: the bits that apply to the robot.
   [[nodiscard]] std::uint32_t status(std::span<const double> q, std::uint32_t& known) const;
   /// Words for the bits of status(): "front or behind, elbow up or down, no flip or flip".
   [[nodiscard]] std::string status_words() const;
-  /// A configuration in the terms of STATUS: "STATUS 4 (in front, elbow up, hand up)"; of arms
-  /// whose STATUS is not geometry with the names of the solver's choices.
+  /// A configuration in terms of STATUS: "STATUS 4 (in front, elbow up, hand up)"; for other arms
+  /// with the names of the solver's choices.
   [[nodiscard]] std::string configuration(std::span<const double> q) const;
   /// "left up no flip".
   [[nodiscard]] std::string name(std::span<const double> measures) const;
@@ -63,10 +62,10 @@ class BranchNames {
   std::vector<IkBranchChoice> choices_;
 };
 
-/// Below this a measure counts as the place where both ways of a choice meet.
+/// A measure below this is at the border between the two sides of a choice.
 inline constexpr double kBranchesMeet = 1e-6;
 
-/// Where a path of configurations goes over to another branch.
+/// A place where a path of configurations changes to another branch.
 struct BranchChange {
   std::size_t at = 0;      ///< the first sample on the new branch
   std::size_t before = 0;  ///< the last sample before it that is not singular
@@ -76,8 +75,8 @@ struct BranchChange {
 /// solver's names of the branches if both have the same STATUS. `q`: the path of `change`.
 [[nodiscard]] std::string configuration_change(const BranchNames&, std::span<const double> q,
                                                const BranchChange& change);
-/// `q`: configurations one after the other. Samples in which both ways of a choice meet count as
-/// the way before. At most `most`.
+/// `q`: configurations one after the other. Samples at the border between two sides of a choice
+/// count as the previous side. At most `most`.
 std::vector<BranchChange> branch_changes(const BranchNames&, std::span<const double> q,
                                          std::size_t most);
 

@@ -16,9 +16,9 @@ namespace robomosp::sim {
 void differentiate(std::span<const double> times, std::span<const double> values, std::size_t dof,
                    std::span<double> first, std::span<double> second);
 
-/// qd and qdd (samples * dof) of configurations q whose tip 0 follows `path` (poses and rates in
-/// the base frame): qd = J+ v + (1 - J+ J) dq/dt and likewise for qdd, so that the tip moves as the
-/// path says and the null space as the configurations do.
+/// qd and qdd (samples * dof) of configurations q with tip 0 on `path` (poses and rates in the base
+/// frame): qd = J+ v + (1 - J+ J) dq/dt and likewise for qdd, so that the tip moves as on the path
+/// and the null space as in the configurations.
 void joint_rates(const RobotModel&, std::span<const double> times, std::span<const double> q,
                  std::span<const PathSample> path, std::span<double> qd, std::span<double> qdd);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The motion of one mechanism under forces as an initial value problem: coordinates and velocities,
-// closed loops, joints that stick by friction or rest on their limits (layer: application, sim).
+// closed loops, joints held by friction or at their limits (layer: application, sim).
 #pragma once
 
 #include <functional>
@@ -17,40 +17,40 @@
 
 namespace robomosp::sim {
 
-/// What a joint does at its limits.
+/// Behaviour of joints at their limits.
 enum class AtLimit { stop, report, ignore };
 
 struct MotionOptions {
   bool friction = true;  ///< viscous and Coulomb friction of the joints
   double breakaway = 1;  ///< static over Coulomb friction, >= 1
   AtLimit at_limit = AtLimit::stop;
-  double restitution = 0;    ///< speed after over speed before a stop, 0..1
+  double restitution = 0;    ///< speed after a stop over speed before, 0..1
   double rest_speed = 1e-3;  ///< a rebound slower than this comes to rest [rad/s or m/s]
-  /// Torques (dof() numbers) without a motor's limits; null = what set_torques() gave.
+  /// Torques (dof() numbers), before motor limits; null = those of set_torques().
   std::function<void(double t, std::span<double> tau)> torques;
   std::function<Result<BaseMotion>(double t)> base;  ///< null = at rest
   /// At a tip, base axes; null = none.
   std::function<Result<TipWrench>(double t, std::span<const double> q)> wrench;
-  std::int32_t tip = 0;             ///< that `wrench` acts at
-  const Progress* whole = nullptr;  ///< whose wish to stop solvers see; outlives the motion
+  std::int32_t tip = 0;             ///< where `wrench` acts
+  const Progress* whole = nullptr;  ///< cancels the solvers; must outlive the motion
 };
 
-/// What happened to a joint at an instant, for notes.
+/// An event at a joint, for notes.
 struct MotionEvent {
   double time = 0;
   std::size_t joint = 0;  ///< index in RobotModel::joints
   enum class Kind { limit, rest, leaves, sticks, slides, report } kind = Kind::limit;
   bool is_upper = false;  ///< of limits
-  double speed = 0;       ///< with which a limit was met [rad/s or m/s]
+  double speed = 0;       ///< at which a limit was reached [rad/s or m/s]
 };
 
-/// x = (q, qd). Joints held by friction or by a stop keep qd at exactly 0: the force that does so
-/// follows from the mechanism's mobility, and when it leaves what friction or stop can give, or a
+/// x = (q, qd). Joints held by friction or by a stop keep qd at exactly 0: the holding force
+/// follows from the mechanism's mobility. If it exceeds what friction or the stop can provide, or a
 /// sliding joint comes to rest, that is an event (no smoothed sign; after Karnopp, J. Dyn. Sys.
 /// Meas. Control 107, 1985, with events instead of a dead zone). One thread.
 class MechanismMotion final : public OdeSystem {
  public:
-  /// `dynamics` has been prepared for its model, which may have loops if the provider takes them.
+  /// `dynamics` is prepared for its model, which may have loops if the provider supports them.
   MechanismMotion(Bound<ForwardDynamics> dynamics, MotionOptions options);
 
   [[nodiscard]] std::size_t size() const override { return coordinates_ + velocities_; }
@@ -61,15 +61,15 @@ class MechanismMotion final : public OdeSystem {
   void event_values(double t, std::span<const double> x, std::span<double> g) override;
   bool at_event(double t, std::size_t index, std::span<double> x) override;
 
-  /// Torques held from now on (dof() numbers); used where the options have no function.
+  /// Sets constant torques (dof() numbers); used if the options have no function.
   void set_torques(std::span<const double> tau);
-  /// Velocities that are rounding become zero where Coulomb friction would take their sign: for a
-  /// state that was planned, before the first settle().
+  /// Sets velocities that are mere rounding errors to zero where they would set the sign of Coulomb
+  /// friction: for a planned state, before the first settle().
   void bring_to_rest(std::span<double> x) const;
-  /// Decides which joints are held, at the start and whenever torques have jumped.
+  /// Determines which joints are held, initially and after every jump of torques.
   Result<void> settle(double t, std::span<double> x);
 
-  /// Accelerations and what friction and stops do at a state: `held` is the force of stops and
+  /// Accelerations, and forces of friction and stops at a state: `held` is the force of stops and
   /// sticking friction on the joints, `friction` all friction as a force on the joints.
   struct Forces {
     std::vector<double> qdd, tau, friction, stop;
@@ -82,7 +82,7 @@ class MechanismMotion final : public OdeSystem {
   [[nodiscard]] const RobotModel& model() const { return *dynamics_.model; }
   [[nodiscard]] bool has_friction() const;
   [[nodiscard]] bool has_stops() const { return !stops_.empty(); }
-  /// A failure that could not be returned where it happened.
+  /// A failure that could not be returned where it occurred.
   [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
 
  private:
@@ -92,19 +92,19 @@ class MechanismMotion final : public OdeSystem {
     std::size_t joint = 0;  ///< for messages
     int slides = 0;         ///< direction of Coulomb friction; 0 = at rest or none
     bool is_held = false;
-    double low = 0, high = 0;  ///< what may hold it [N m or N]
+    double low = 0, high = 0;  ///< range of the holding force [N m or N]
     [[nodiscard]] bool has_coulomb() const { return coulomb_positive > 0 || coulomb_negative < 0; }
   };
   struct Stop {
     std::size_t joint = 0, entry = 0, coordinate = 0;
     double ratio = 1, offset = 0, value = 0;
     bool is_upper = false, is_touched = false;
-    /// Way left before the stop, > 0 inside the limit.
+    /// Distance to the stop, > 0 inside the limit.
     [[nodiscard]] double way(std::span<const double> q) const {
       const double at = ratio * q[coordinate] + offset;
       return is_upper ? value - at : at - value;
     }
-    /// Direction of qd that leads into it.
+    /// Direction of qd towards the stop.
     [[nodiscard]] double into() const { return (is_upper ? 1 : -1) * (ratio < 0 ? -1.0 : 1.0); }
   };
 

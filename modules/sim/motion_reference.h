@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a mechanism should be over time: joint values from tables, smoothly between their rows
-// (layer: application, sim).
+// Desired motion of a mechanism over time: joint values from tables, interpolated smoothly between
+// their rows (layer: application, sim).
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace robomosp::sim {
 
-/// Rows of numbers at rising times; linear between the rows, held before and after.
+/// Rows of numbers at increasing times; linear between the rows, constant before and after.
 struct TimedRows {
   std::vector<double> times;
   std::size_t width = 0;
@@ -24,18 +24,18 @@ struct TimedRows {
   void at(double t, std::span<double> out) const;
 };
 
-/// The columns `stem`1, `stem`2, ... of a recording, `width` of them; an error says the first that
-/// is missing.
+/// The columns `stem`1, `stem`2, ... of a recording, `width` of them; an error names the first
+/// missing one.
 Result<TimedRows> timed_rows(const recording::Recording& recording, const std::string& stem,
                              std::size_t width);
 
-/// Wanted configuration, velocity and acceleration, and of the tip where it follows a path.
+/// Desired configuration, velocity and acceleration, and those of the tip if it follows a path.
 class MotionReference {
  public:
-  /// Held there.
+  /// Constant at q.
   MotionReference(const RobotModel& model, std::vector<double> q);
-  /// Joint columns q, and qd and qdd where there are such (else by differences); `stem` stands
-  /// before their names, as in "left.q1".
+  /// Joint columns q, and qd and qdd if present (else by differences); `stem` is the prefix of
+  /// their names, as in "left.q1".
   static Result<MotionReference> from_recording(const RobotModel& model,
                                                 const recording::Recording& recording,
                                                 const std::string& stem = {});
@@ -48,9 +48,9 @@ class MotionReference {
     std::array<double, 6> tip_velocity{}, tip_acceleration{};
     bool has_tip = false;
   };
-  /// At rest at the last row after the end. Errors: those of the path that the tip follows.
+  /// At rest at the last row after the end. Errors: those of the path of the tip.
   Result<void> at(double t, Sample& out) const;
-  /// Of its rows [s]; one row = it is held.
+  /// Times of its rows [s]; one row = constant.
   [[nodiscard]] std::span<const double> times() const { return times_; }
   [[nodiscard]] double duration() const { return times_.empty() ? 0 : times_.back(); }
 

@@ -17,12 +17,12 @@ namespace robomosp::sim {
 
 class MotionTable {
  public:
-  /// `axes` are those of the robot's maker, for notes and what columns are documented with; they
-  /// outlive the table.
+  /// `axes` are those of the robot's maker, for notes and the docs of columns; they must outlive
+  /// the table.
   MotionTable(const MechanismMotion& motion, const robotics::MakerAxes& axes);
 
   void add(double t, std::span<const double> x, const MechanismMotion::Forces& forces);
-  /// Tells at rising times whether the torque of an entry is cut.
+  /// Records, at increasing times, whether the torque of an entry is clipped.
   void cut(std::size_t entry, double t, bool is_cut);
   /// Greatest torque of the motor of an entry of tau [N m or N].
   [[nodiscard]] double limit_of(std::size_t entry) const { return limits_[entry]; }
@@ -35,7 +35,7 @@ class MotionTable {
     return tau_[sample * limits_.size() + entry];
   }
 
-  /// time, q, qd, qdd, tau, tau_friction, tau_stop; the last one only where a stop was touched, or
+  /// time, q, qd, qdd, tau, tau_friction, tau_stop; the last one only if a stop was reached, or
   /// `all_stops`.
   void add_joint_columns(recording::Recording& out, bool all_stops = false) const;
   /// kinetic, potential, energy: of bodies, motors and springs, in the base frame.
@@ -46,7 +46,7 @@ class MotionTable {
                                const std::function<Result<Pose>(double)>& world_T_base) const;
   /// error1, ... of the joints against the reference, and tip_error.
   Result<void> add_error_columns(recording::Recording& out, const MotionReference& reference) const;
-  /// Limits met, joints that stick, torques cut.
+  /// Limits reached, joints that stick, torques clipped.
   void add_notes(recording::Recording& out, const MechanismMotion& motion) const;
 
  private:
@@ -55,12 +55,12 @@ class MotionTable {
     double from = 0, to = 0;
     bool is_open = false;
   };
-  /// When joints stuck and went on.
+  /// Times when joints stuck and slid again.
   void add_friction_notes(const MechanismMotion& motion, std::vector<std::string>& notes) const;
   [[nodiscard]] std::string label(std::size_t entry) const;
-  /// "joint 3 (elbow)" with its axis before it.
+  /// "joint 3 (elbow)" preceded by its axis.
   [[nodiscard]] std::string joint_label(std::size_t joint) const;
-  /// The same with the value and the range of the axis where the joint meets a limit.
+  /// The same with the value and the range of the axis when the joint reaches a limit.
   [[nodiscard]] std::string limit_label(const MotionEvent& e) const;
   void add_entries(recording::Recording& out, const std::string& stem, const std::string& what,
                    const std::string& rotary, const std::string& linear,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contact physics of a world: objects fall, touch and stack, robots are moved or driven and carry
-// what they grasp (layer: application, sim).
+// objects they grasp (layer: application, sim).
 #pragma once
 
 #include <optional>
@@ -16,16 +16,16 @@
 
 namespace robomosp::sim {
 
-/// An object of the world where it differs from the others.
+/// Settings of an object that differ from the default.
 struct PhysicsObjectSettings {
   std::string name;
-  bool is_fixed = false;  ///< stays where it is; objects without mass do in any case
+  bool is_fixed = false;  ///< does not move; objects without mass never do
   std::optional<double> friction, restitution;
-  Vec3 velocity{}, angular_velocity{};  ///< at the start, of its origin, world axes [m/s, rad/s]
+  Vec3 velocity{}, angular_velocity{};  ///< initial, of its origin, world axes [m/s, rad/s]
 };
 
 enum class RobotDrive {
-  moved,       ///< along its motion whatever it meets, as if its motors had no limit
+  moved,       ///< along its motion regardless of contact, as if its motors had no limit
   controlled,  ///< bodies and joints with masses; torques by a controller along its motion
   limp,        ///< the same without torques
 };
@@ -33,32 +33,34 @@ enum class RobotDrive {
 struct PhysicsRobotSettings {
   std::string name;
   RobotDrive drive = RobotDrive::moved;
-  model::ProviderChoice controller;  ///< empty name = the robot's own, else the default
+  model::ProviderChoice controller;  ///< empty name = the robot's, else the default
   std::optional<double> friction, restitution;
-  bool self_contact = false;  ///< links touch each other, but for pairs that collision passes over
+  bool self_contact = false;  ///< links touch each other, except pairs that collision checks skip
 };
 
-/// One line of what happens. It begins when the line before it ended, unless a time is given.
+/// An action of a run. It begins at the end of the previous one, unless a time is given.
 struct PhysicsAction {
   enum class Kind {
     move,     ///< the robot moves; one of q, recorded and trajectory
-    grasp,    ///< ties an object to the link that carries the tool
+    grasp,    ///< attaches an object to the link that carries the tool
     grip,     ///< a joint presses with a force instead of following the robot's motion
-    release,  ///< lets it go, and gripping joints follow the motion again
+    release,  ///< releases it, and gripping joints follow the motion again
     wait,
   } kind = Kind::move;
-  std::optional<double> time;  ///< when it begins [s]
-  /// [s] Of a move to q: how long, 0 = as the joints' greatest velocities allow. Else the pause
+  std::optional<double> time;  ///< its start time [s]
+  /// [s] For a move to q: its duration, 0 = from the joints' greatest velocities. Else the pause
   /// after it.
   double duration = 0;
-  std::string robot;      ///< empty = that of the line before; else the only one of the world
-  std::vector<double> q;  ///< where to: all joints evenly, by the quintic of minimum jerk
-  recording::RecordingPtr recorded;  ///< columns q1, ...; with its own duration
-  std::string trajectory;            ///< of the world, by inverse kinematics; with its own duration
-  std::string object;  ///< to grasp; empty = what the tool touches. To release; empty = all
+  std::string robot;      ///< empty = that of the previous action; else the only one of the world
+  std::vector<double> q;  ///< target: all joints synchronously, by the minimum-jerk quintic
+  recording::RecordingPtr recorded;  ///< columns q1, ...; with their duration
+  std::string trajectory;            ///< of the world, by inverse kinematics; with its duration
+  std::string object;  ///< to grasp; empty = the one in contact with the tool. To release; empty =
+                       ///< all
   std::string tool;    ///< name of a tip; empty = the first
-  std::string joint;   ///< that grips
-  double force = 0;    ///< it grips with; positive where its value grows [N or N m]
+  std::string joint;   ///< the gripping joint
+  double force = 0;    ///< gripping force; positive in the direction of increasing joint value [N
+                       ///< or N m]
   double speed = 0;    ///< of gripping; 0 = the joint's greatest, else 0.1 m/s or 0.5 rad/s
 };
 
@@ -67,7 +69,7 @@ struct PhysicsRun {
   double duration = 0;        ///< [s]; 0 = to the end of the last action
   double step = 1e-3;         ///< of the engine and of controllers [s]
   double sample_time = 0.01;  ///< of the recording, rounded to whole steps [s]
-  double friction = 0.5;      ///< Coulomb coefficient of all that says nothing else [-]
+  double friction = 0.5;      ///< Coulomb coefficient by default [-]
   double restitution = 0;     ///< 0..1 [-]
   std::vector<PhysicsObjectSettings> objects;
   std::vector<PhysicsRobotSettings> robots;
@@ -75,15 +77,15 @@ struct PhysicsRun {
   model::ProviderChoice engine;  ///< empty name = the default
 };
 
-/// Columns: time; of each object that can move `<name>.x .y .z` [m], the quaternion `.qw .qx .qy
-/// .qz` (world_T_object) and `.contact_force`, the size of the sum of what touches it [N]; q, qd
-/// and of driven robots tau of the robot that acts first (of the others `<name>.q1` ...);
-/// `contacts`, the number of contact points, and `contact_force`, the sum of their forces' sizes
-/// [N]. Equal runs give equal bits. Notes tell bodies that had to be given a mass, torques that
-/// were cut, and what was grasped.
-/// A `sink` takes every row as it is made. With `from` the run goes on there, with the world as it
-/// is now: what can move carries over place and speed by its name, as do robots, controllers and
-/// what is held; what is new begins where it is placed; actions before that time are past.
+/// Columns: time; for each movable object `<name>.x .y .z` [m], the quaternion `.qw .qx .qy .qz`
+/// (world_T_object) and `.contact_force`, the magnitude of the sum of its contact forces [N]; q,
+/// and for driven robots tau, of the robot that acts first (for the others `<name>.q1` ...);
+/// `contacts`, the number of contact points, and `contact_force`, the sum of the magnitudes of
+/// their forces [N]. Equal runs give equal bits. Notes list bodies that got a default mass, clipped
+/// torques, and grasped objects. A `sink` receives every row as it is computed. With `from` the run
+/// continues from there, with the current world: movable objects keep pose and velocity by name,
+/// and so do robots, controllers and held objects; new ones start at their placement; actions
+/// before that time are skipped.
 Result<recording::RecordingPtr> simulate_physics(const Simulator&, const PhysicsRun&, Progress&,
                                                  RowSink* sink = nullptr,
                                                  const RunState* from = nullptr);

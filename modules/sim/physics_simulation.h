@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a run of contact physics: what there is, what is planned to happen, the run itself,
-// its recording (layer: application, sim). Internal to modules/sim/physics*.cpp.
+// The parts of a contact physics run: its bodies, its planned actions, the run itself, its
+// recording (layer: application, sim). Internal to modules/sim/physics*.cpp.
 #pragma once
 
 #include <algorithm>
@@ -26,22 +26,23 @@ struct PhysicsThing {
   std::string name;
   std::int32_t body = 0;
   bool is_movable = false;
-  std::array<double, 4> quaternion{};  ///< as last recorded
+  std::array<double, 4> quaternion{};  ///< last recorded value
 };
 
-/// When a line of the run begins.
+/// The time when an action begins.
 struct PhysicsEvent {
   double time = 0;
   std::int64_t tick = 0;
   std::size_t action = 0;
 };
-/// What a robot holds.
+/// An object held by a robot.
 struct PhysicsHeld {
   std::int32_t attachment = 0, object = 0, link = 0;
   std::size_t actor = 0;
 };
 
-/// What a robot takes along though the engine does not move it, or is to tie at the start.
+/// An object that a robot carries without the engine moving it, or that must be attached at the
+/// start.
 struct PhysicsCarried {
   std::size_t actor = 0;
   std::int32_t joint = -1, object = 0;  ///< of the actor, -1 = its base; a body
@@ -57,7 +58,7 @@ class PhysicsSimulation {
   Result<recording::RecordingPtr> operator()(Progress& progress);
 
  private:
-  friend class SteppedPhysics;  // the same world, led step by step from outside
+  friend class SteppedPhysics;  // the same world, stepped by a caller
   using Actor = PhysicsActor;
   using Thing = PhysicsThing;
   using Event = PhysicsEvent;
@@ -66,35 +67,35 @@ class PhysicsSimulation {
   using RecordingPtr = recording::RecordingPtr;
   using ShapePiece = evaluation::ShapePiece;
 
-  // ---- what there is (physics_build.cpp) ----
+  // ---- bodies (physics_build.cpp) ----
 
   Result<void> check_times();
-  /// A body with its shapes, which are kept as long as the world.
+  /// Adds a body with its shapes, which are kept as long as the world.
   PhysicsBody& add_body(std::vector<ShapePiece> pieces, const Pose& pose);
   Result<void> add_objects(Progress& progress);
-  /// Where an object that could move was before the world was edited.
+  /// State of a movable object before the world was edited.
   [[nodiscard]] const RunState::Body* before_of(const std::string& name) const;
   Result<void> add_robots(Progress& progress);
   Result<void> create();
-  /// What was held before the world was edited, as far as it is still there.
+  /// Restores grasps from before the world was edited, as far as the objects exist.
   Result<void> hold_again();
-  /// What robots hold at the start (world.attach) is where they hold it.
+  /// Places objects held at the start (world.attach) at their poses in the robots.
   Result<void> place_attached();
   Result<void> hold_attached();
-  /// Ties an object to a link.
+  /// Attaches an object to a link.
   Result<void> hold(std::size_t actor, std::int32_t link, std::int32_t object);
-  /// Pairs of links that collision checks pass over do not touch.
+  /// Disables contact of pairs of links that collision checks skip.
   Result<void> pass_over(const Actor& a, Progress& progress);
   Result<void> add_bodies(Actor& a, std::size_t number, Progress& progress);
-  /// Joints that the engine moves are where they were before the world was edited, the others
-  /// where their way is.
+  /// Sets joints simulated by the engine to their values before the world was edited, the others to
+  /// those of their path.
   static void carry_over(Actor& a, const RunState::Robot& before,
                          const MotionReference::Sample& path);
 
-  // ---- what happens (physics_plan.cpp) ----
+  // ---- actions (physics_plan.cpp) ----
 
   Result<void> plan(Progress& progress);
-  /// When it ends.
+  /// Returns its end time.
   Result<double> plan_one(const PhysicsAction& action, std::size_t number, double begin,
                           const std::string& robot, Progress& progress);
   static Error is_limp(const std::string& robot);
@@ -110,29 +111,29 @@ class PhysicsSimulation {
 
   Result<void> read();
   [[nodiscard]] std::string body_name(std::size_t body) const;
-  /// An engine's error about "body 3" with what that is.
+  /// Adds the name to an engine's error about "body 3".
   [[nodiscard]] Error named(Error e) const;
   Result<void> go(Progress& progress);
-  /// What has no mass follows who carries it from t to `end`.
+  /// Moves massless objects with their carriers from t to `end`.
   Result<void> carry(double t, double end);
-  /// The engine's step from t to `end`; robots and forces have been set.
+  /// The engine's step from t to `end`, after robots and forces are set.
   Result<void> step(double t, double end, Progress& progress);
   Result<void> act(const Event& event);
 
   // ---- the recording (physics_recording.cpp) ----
 
   std::size_t add_column(std::string name, std::string unit, std::string doc);
-  /// What of the world is not as the engine has it.
+  /// Notes properties of the world that the engine does not support.
   void note_differences();
-  /// Of the first step: bodies that began within each other.
+  /// Notes for the first step: bodies that initially penetrate each other.
   void note_meshes();
   void note_overlaps();
-  /// What the engine has to say since the last call.
+  /// Adds the engine's new notes.
   Result<void> note_engine();
   void prepare_columns();
   void add_robot_columns(const Actor& a, const std::string& prefix);
   Result<void> sample(double t);
-  /// What a run needs to go on from here.
+  /// State from which a run can continue.
   [[nodiscard]] RunStatePtr state(double t) const;
   /// Name of the joint that an entry of tau belongs to.
   static std::string name_of_entry(const Actor& a, std::size_t entry);
@@ -172,14 +173,14 @@ class PhysicsSimulation {
   std::vector<PhysicsBody> bodies_;
   std::vector<std::vector<ShapePiece>> pieces_;  ///< keeps the meshes
   std::vector<PhysicsJoint> joints_;
-  std::vector<Thing> things_;  ///< thing i is body i
+  std::vector<Thing> things_;  ///< object i is body i
   std::vector<Actor> actors_;
   std::vector<Event> events_;
   std::map<std::size_t, std::size_t> actor_of_;  ///< of grasps, grips and releases
   std::map<std::size_t, std::size_t> grip_of_;   ///< of grips, in their actor
   std::vector<Held> held_;
   std::vector<PhysicsCarried> attached_;  ///< at the start
-  std::vector<PhysicsCarried> carried_;   ///< what the engine does not move
+  std::vector<PhysicsCarried> carried_;   ///< objects that the engine does not move
   double last_end_ = 0, duration_ = 0;
   std::int64_t first_ = 0, ticks_ = 0, every_ = 1;
   std::string provider_;
@@ -191,8 +192,8 @@ class PhysicsSimulation {
   MotionReference::Sample wanted_;
   std::vector<const Actor*> recorded_;
   std::vector<std::string> inert_;
-  std::size_t engine_notes_ = 0;        ///< of the engine's, in out_ already
-  std::vector<std::string> untouched_;  ///< links of designed robots that have no parts
+  std::size_t engine_notes_ = 0;        ///< number of the engine's notes in out_
+  std::vector<std::string> untouched_;  ///< links without parts of designed robots
   recording::Recording out_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is said of a provider's answer that cannot be used (layer: application, sim only).
+// Errors for unusable results of providers (layer: application, sim only).
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,13 @@
 
 namespace robomosp::sim {
 
-/// Adds the robot (`robot "pa10"`) to an error whose provider has not named it.
+/// Adds the robot (`robot "pa10"`) to an error of a provider, unless the provider has named it.
 [[nodiscard]] inline Error in_robot(Error e, const std::string& robot) {
   if (e.where == robot || e.where.starts_with(robot + ", ")) return e;
   return std::move(e).in(robot);
 }
 
-/// The error of a provider that broke its contract: `what` it did.
+/// The error of a provider that violated its contract: `what` it did.
 [[nodiscard]] inline Error broken(const std::string& provider, const std::string& what) {
   return error(ErrorCode::plugin_failed, "provider \"" + provider + "\" " + what,
                "Report it to the provider's author or choose another provider.");

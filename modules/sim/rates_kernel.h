@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of rates_kernel.cpp, one an instruction set; plain structures only
-// (layer: application, sim).
+// The kernels of rates_kernel.cpp, one per instruction set; plain structures only (layer:
+// application, sim).
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace robomosp::sim {
 inline constexpr std::size_t kRatesTogether = 64;
 inline constexpr std::size_t kMostRates = 16;  ///< joints
 
-/// Samples of which the joints' rates are corrected; see joint_rates().
+/// Samples with joint rates to correct; see joint_rates().
 struct RatesTask {
   std::size_t dof;                       ///< 1..kMostRates
   std::size_t count;                     ///< of samples, at most kRatesTogether
@@ -20,7 +20,7 @@ struct RatesTask {
   const double *qd, *qdd;                ///< dof a sample: estimates
   double *corrected_qd, *corrected_qdd;  ///< dof a sample, with the tip's motion
   /// Least pivot of J J^T against its greatest entry; near 0 the sample's rates are not to be used.
-  double* pivot;  ///< room for kRatesTogether
+  double* pivot;  ///< space for kRatesTogether numbers
 };
 
 struct RatesKernel {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between a simulation and whoever looks on while it computes: rows one by one, and what is needed
-// to go on from each of them (layer: application, sim).
+// Passes rows of a running simulation to an observer, one by one, with the state needed to continue
+// from each (layer: application, sim).
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace robomosp::sim {
 
-/// State of a simulation at one instant, by the names of the world, so that it can go on in a world
-/// that was edited. A motion that follows from the time alone has nothing but the time.
+/// State of a simulation at one instant, by names of the world, so that it can continue in an
+/// edited world. For a motion determined by time alone, it is only the time.
 struct RunState {
   struct Body {
     std::string name;
@@ -32,7 +32,7 @@ struct RunState {
   };
   struct Robot {
     std::string name;
-    std::vector<double> start;  ///< where its planned way began
+    std::vector<double> start;  ///< beginning of its planned path
     std::vector<double> q, qd;
     std::vector<double> memory;  ///< of its controller
     std::vector<Grip> grips;     ///< joints that press
@@ -53,31 +53,31 @@ struct RunState {
 };
 using RunStatePtr = std::shared_ptr<const RunState>;
 
-/// An error where a robot has another number of joint values than its state.
+/// An error if a robot's number of joint values differs from its state.
 Result<void> check_fits(std::size_t was, std::size_t is);
 
-/// An error of a simulation that is to go on at time `from` [s], and is over before.
+/// The error of a simulation that should continue at time `from` [s] but ends before.
 [[nodiscard]] Error over_before(std::optional<double> end, double from);
 
-/// Takes rows as they are made. [the thread that computes]
+/// Receives rows as they are computed. [the thread that computes]
 class RowSink {
  public:
   virtual ~RowSink() = default;
-  /// A row of a table and the state there. May block until the next one is wanted; an error ends
-  /// the simulation, which returns it.
+  /// Receives a row of a table and the state at it. May block until the next one is requested; an
+  /// error ends the simulation, which returns it.
   virtual Result<void> take(const recording::Recording& table, std::size_t row,
                             RunStatePtr state) = 0;
-  /// Whether the next table may leave out its first `count` notes, since it has them from tables
-  /// before.
+  /// True if the next table may omit its first `count` notes, received with previous tables.
   virtual bool has_notes(std::size_t /*count*/) { return false; }
-  /// Lets the run rest behind the next row, whatever was wanted of it.
+  /// Pauses the run after the next row, regardless of requests.
   virtual void rest_behind_next() {}
-  /// The same behind the last row, now: blocks until the run is to go on. The table's notes count.
+  /// The same after the last row, now: blocks until the run should continue. The table's notes are
+  /// used.
   virtual Result<void> rest(const recording::Recording&) { return {}; }
 };
 
-/// Hands on rows that are known already, from a time on, such as those of a motion along a
-/// trajectory; the states are the times. None from then on is an error.
+/// Passes on rows that are known in advance, from a time on, such as those of a motion along a
+/// trajectory; the states are the times. No row from then on is an error.
 Result<void> hand_on(const recording::Recording& table, double from, RowSink& sink);
 
 }  // namespace robomosp::sim

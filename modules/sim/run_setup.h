@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run of a robot on a trajectory of a world needs, looked up by name (layer: application,
+// Inputs of a run of a robot along a trajectory of a world, looked up by name (layer: application,
 // sim). Internal to modules/sim.
 #pragma once
 
@@ -16,8 +16,8 @@ struct RunSetup {
   std::string title;
   model::ProviderChoice inverse_dynamics;
   std::shared_ptr<const RobotModel> model;
-  Pose world_T_base;                     ///< where it is placed
-  std::shared_ptr<const BasePath> base;  ///< how its mounting moves; null = it stands
+  Pose world_T_base;                     ///< placement of the robot
+  std::shared_ptr<const BasePath> base;  ///< motion of its mounting; null = fixed
   std::string base_trajectory;
   Vec3 gravity{};  ///< [m/s^2], world axes
   RobotMotionTask task;
@@ -26,7 +26,7 @@ struct RunSetup {
 /// A robot with loops or joints of several coordinates is an error.
 [[nodiscard]] Result<RunSetup> prepare_run(const Simulator&, const Run&, Progress&);
 
-/// An error when the base moves, which `what` ("checks of paths") do not know.
+/// An error if the base moves, which `what` ("checks of paths") do not support.
 [[nodiscard]] Result<void> only_standing(const RunSetup&, const std::string& what);
 
 /// Columns of time, joints and tool, with the joints' limits.

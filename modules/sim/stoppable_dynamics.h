@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inverse dynamics that a controller asks: with the wish to stop of the run it controls, as a tick
-// of a controller is given no progress of its own (layer: numerics, sim).
+// Inverse dynamics for a controller that can be cancelled by its run, since a controller's tick
+// gets no progress (layer: numerics, sim).
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace robomosp::sim {
 
-/// `run` outlives it. Already prepared. [any thread]
+/// `run` must outlive it. Already prepared. [any thread]
 class StoppableDynamics final : public InverseDynamics {
  public:
   StoppableDynamics(std::shared_ptr<const InverseDynamics> inner, const Progress& run)
@@ -43,7 +43,7 @@ class StoppableDynamics final : public InverseDynamics {
   }
 
  private:
-  /// Stops with either of two; reports to the first.
+  /// Cancelled by either of two; reports to the first.
   class Either final : public Progress {
    public:
     Either(Progress& own, const Progress& run) : own_(own), run_(run) {}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where along a trajectory of a world a robot cannot follow, and why: all places, not only the
-// first (layer: application, sim).
+// Faults of a robot along a trajectory of a world: all of them, not only the first (layer:
+// application, sim).
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,28 @@
 
 namespace robomosp::sim {
 
-/// How a sample is met, the worse the later.
+/// State of a sample, in ascending severity.
 enum class PathState : std::uint8_t {
   good,
-  limit,        ///< a joint goes beyond its velocity, acceleration, jerk or torque limit
+  limit,        ///< a joint exceeds its velocity, acceleration, jerk or torque limit
   collision,    ///< bodies touch
-  unreachable,  ///< no joint values within the limits bring the tool there
+  unreachable,  ///< no joint values within the limits reach the pose
 };
 [[nodiscard]] std::string_view to_string(PathState);
 
-/// Samples in a row that have the same fault.
+/// Consecutive samples with the same fault.
 struct PathFault {
   PathState kind = PathState::good;
   std::size_t first = 0, last = 0;  ///< samples, from 0
   std::size_t worst = 0;
-  std::string why;          ///< of the worst, as it goes on after "sample 37 of 400: "
-  std::int32_t joint = -1;  ///< that is at fault, from 0; -1 = none known
-  double excess = 0;  ///< beyond the limit, out of reach by, or how deep [unit]; 0 = not known
+  std::string why;          ///< of the worst, as the continuation of "sample 37 of 400: "
+  std::int32_t joint = -1;  ///< the joint at fault, from 0; -1 = unknown
+  double excess = 0;        ///< excess over the limit, distance out of reach, or penetration depth
+                            ///< [unit]; 0 = unknown
   std::string unit;
-  std::string a, b;  ///< bodies that touch
-  /// Where the robot stands before the trajectory; the samples are 0, and `states` do not count it.
+  std::string a, b;  ///< touching bodies
+  /// At the robot's configuration before the trajectory; the samples are 0, and `states` excludes
+  /// it.
   bool is_start = false;
 };
 
@@ -40,21 +42,21 @@ struct PathFault {
 struct PathCheck {
   std::string robot, trajectory;  ///< names in the world
   std::vector<double> times;      ///< [s]
-  std::vector<Pose> poses;        ///< world_T_tool as the trajectory wants it
+  std::vector<Pose> poses;        ///< desired world_T_tool of the trajectory
   std::size_t dof = 0;
-  std::vector<double> q;  ///< times.size() * dof; where unreachable the closest that was found
+  std::vector<double> q;  ///< times.size() * dof; the closest found if unreachable
   std::vector<PathState> states;
-  std::vector<double> start;       ///< dof; where the robot stands before it
+  std::vector<double> start;       ///< dof; the configuration before the trajectory
   std::vector<PathFault> faults;   ///< by their first sample
-  std::vector<std::string> notes;  ///< what was not checked, a sentence each
-  /// The last good sample before the first fault; 0 where there is none.
+  std::vector<std::string> notes;  ///< checks that were not made, a sentence each
+  /// The last good sample before the first fault; 0 if there is none.
   [[nodiscard]] std::size_t last_good() const;
 };
 
-/// Follows a trajectory by inverse kinematics without stopping where it fails. Where it is reached,
+/// Follows a trajectory by inverse kinematics and continues after failures. Where it is reached,
 /// velocities, accelerations, jerks and torques are compared with the joints' limits, and with
-/// `collisions` each stretch that is reached is checked for contact. A trajectory that cannot be
-/// built is an error; so is one with joint segments that cannot be followed.
+/// `collisions` each reached stretch is checked for contact. A trajectory that cannot be built is
+/// an error, and so are joint segments that cannot be followed.
 [[nodiscard]] Result<PathCheck> check_path(const Simulator&, const Run&, bool collisions,
                                            Progress&);
 

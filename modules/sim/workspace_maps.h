@@ -21,8 +21,8 @@
 
 namespace robomosp::sim {
 
-/// Whether a robot touches itself or what stands around it; other robots of a world are where the
-/// world shows them. [any thread]
+/// Checks whether a robot touches itself or its surroundings; other robots of a world are in the
+/// configuration shown there. [any thread]
 class RobotContact {
  public:
   /// `robot`: index into model->robots(); of CollisionModel::of_robot 0.
@@ -38,24 +38,25 @@ class RobotContact {
   std::vector<double> shown_;
 };
 
-/// Drops configurations in which the robot touches something; both arguments outlive the filter.
-/// [any thread]
+/// Drops configurations with contact of the robot; both arguments must outlive the filter. [any
+/// thread]
 [[nodiscard]] robotics::ConfigurationFilter without_collisions(const RobotContact& contact,
                                                                Progress& progress);
 
 struct ReachOptions {
   std::int32_t tip = 0;
   std::size_t directions = 32;  ///< of the tool's z axis (robotics::sphere_directions)
-  /// Turns about the tool's z axis that are tried for each direction, evenly over the circle; 0 =
-  /// the turn is free, which takes a solver with the tag "goals".
+  /// Number of rotations about the tool's z axis tried for each direction, evenly over the circle;
+  /// 0 = the rotation is free, which requires a solver with the tag "goals".
   std::size_t rolls = 4;
   IkTolerance tolerance{1e-6, 1e-6};
-  const RobotContact* collision = nullptr;  ///< a solution must touch nothing; null = not looked at
-  std::size_t threads = 0;                  ///< 0 = all cores; the answer does not depend on it
+  const RobotContact* collision = nullptr;  ///< solutions must be free of contact; null = not
+                                            ///< checked
+  std::size_t threads = 0;                  ///< 0 = all cores; the result does not depend on it
 };
 
-/// For each point [mounting frame, m] the share of the directions, 0..1, in which the tool can
-/// stand there within the joint limits. Solvers written in Lua run on the calling thread.
+/// For each point [mounting frame, m] the fraction of the directions, 0..1, that the tool can reach
+/// there within the joint limits. Solvers written in Lua run on the calling thread.
 [[nodiscard]] Result<std::vector<double>> reachability(const Registry&, const Bound<IkSolver>&,
                                                        std::span<const Vec3> points,
                                                        const ReachOptions&, Progress&);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// BodyTree: the constants of a mechanism as spatial-vector algorithms read them, its motion in the
-// base frame, and what follows from it: torques, inertia. All joint types, coupled joints and
-// moving bases; loops are carried, not solved (layer: data processing, spatial).
+// BodyTree: the constants of a mechanism for spatial-vector algorithms, its motion in the base
+// frame, and the resulting torques and inertia. All joint types, coupled joints and moving bases;
+// loops are stored, not solved (layer: data processing, spatial).
 #pragma once
 
 #include <span>
@@ -14,8 +14,8 @@
 
 namespace robomosp::spatial {
 
-/// One joint and the body it moves. Its columns are the motions, in the joint frame, that its
-/// velocities cause: unit vectors of (angular, linear), times the ratio of a coupled joint.
+/// One joint and the body it moves. Its columns are the motions, in the joint frame, for unit
+/// velocities: unit vectors of (angular, linear), times the ratio of a coupled joint.
 struct TreeBody {
   JointType type = JointType::revolute;
   std::int32_t parent = -1, q_index = 0, v_index = 0;
@@ -38,23 +38,23 @@ struct BodyTree {
   std::vector<LoopModel> loops;
   Vec3 gravity{};
   std::size_t coordinates = 0, velocities = 0;
-  std::size_t columns = 0;  ///< of all joints: more than velocities when joints are coupled
+  std::size_t columns = 0;  ///< of all joints: more than velocities if joints are coupled
   [[nodiscard]] std::string where() const { return "robot \"" + name + "\""; }
 };
 
-/// Refuses models that break their contract: order and numbers of joints, placements, masses,
+/// Rejects models that violate their contract: order and numbers of joints, placements, masses,
 /// couplings, tips, loops.
 [[nodiscard]] Result<void> check_mechanism(const RobotModel& model);
 
-/// Copies what the algorithms need; a model that breaks its contract is an error.
+/// Copies the data needed by the algorithms; a model that violates its contract is an error.
 [[nodiscard]] Result<BodyTree> make_body_tree(const RobotModel& model);
 
-/// What the spans of a batch are measured by.
+/// Sizes for checking the spans of a batch.
 struct BatchShape {
   const std::string& robot;
   std::size_t coordinates, velocities, tips;
 };
-/// Refuses spans of the wrong length; `output` has output_per_sample numbers a sample.
+/// Rejects spans of the wrong length; `output` has output_per_sample numbers per sample.
 [[nodiscard]] Result<void> check_batch(const BatchShape& shape, const DynamicsBatch& batch,
                                        std::size_t required_scratch, std::size_t output,
                                        std::size_t output_per_sample);
@@ -75,8 +75,8 @@ struct TreeState {
   const double *q = nullptr, *qd = nullptr, *qdd = nullptr;
   Screw base_velocity, base_acceleration;  ///< gravity included, base frame
 };
-/// What `terms` leave of a sample's motion. Of the inverse dynamics' inertial term come qdd and
-/// the base's motion; `forward` keeps the base's motion always.
+/// A sample's motion restricted to `terms`. The inverse dynamics' inertial term includes qdd and
+/// the base's motion; `forward` always keeps the base's motion.
 [[nodiscard]] TreeState state_of(const BodyTree& tree, const DynamicsBatch& batch,
                                  std::size_t sample, std::uint32_t terms, bool forward);
 
@@ -85,24 +85,24 @@ struct MovingBody {
   Pose pose;  ///< base_T_joint
   Screw velocity, acceleration;
   RigidInertia inertia;
-  Screw force;  ///< of the body alone, then (after gather) of all that it carries
+  Screw force;  ///< of the body alone, then (after gather) including all bodies it carries
 };
 
 /// Poses, velocities, accelerations, inertias and forces of the bodies; `columns` of all joints in
 /// the base frame. Allocates nothing.
 void sweep(const BodyTree& tree, const TreeState& state, std::span<MovingBody> bodies,
            std::span<Screw> columns);
-/// Adds the wrench that acts on the robot at a tip to the forces of a swept tree.
+/// Adds the wrench on the robot at a tip to the forces of a swept tree.
 void apply_wrench(const BodyTree& tree, std::size_t tip, const TipWrench& wrench,
                   std::span<MovingBody> bodies);
-/// Sums forces (and inertias, when asked) from the tips to the base.
+/// Sums forces (and inertias, if requested) from the tips to the base.
 void gather(const BodyTree& tree, std::span<MovingBody> bodies, bool inertias);
 
-/// Velocity, friction, spring and motor parts of the joints alone, added to tau.
+/// Adds velocity, friction, spring and motor parts of the joints alone to tau.
 void add_joint_forces(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
                       std::uint32_t terms, std::span<double> tau);
-/// tau of one sample for the chosen terms. `bodies` and `columns` are scratch; they hold the swept
-/// and gathered tree afterwards. `forward`: qdd is left out, the base's motion is not.
+/// tau of one sample for the selected terms. `bodies` and `columns` are scratch; they hold the
+/// swept and gathered tree afterwards. `forward`: qdd is left out, the base's motion is not.
 void tree_torques(const BodyTree& tree, const DynamicsBatch& batch, std::size_t sample,
                   std::uint32_t terms, bool forward, std::span<MovingBody> bodies,
                   std::span<Screw> columns, std::span<double> tau);
@@ -110,18 +110,18 @@ void tree_torques(const BodyTree& tree, const DynamicsBatch& batch, std::size_t 
 void tree_inertia(const BodyTree& tree, std::span<const MovingBody> bodies,
                   std::span<const Screw> columns, std::span<double> m);
 
-/// Doubles that bodies and columns take of a caller's scratch.
+/// Number of doubles for bodies and columns in a caller's scratch.
 [[nodiscard]] std::size_t tree_scratch(const BodyTree& tree);
-/// The two in a caller's scratch.
+/// Both in a caller's scratch.
 struct TreeScratch {
   std::span<MovingBody> bodies;
   std::span<Screw> columns;
-  double* rest = nullptr;  ///< first double behind them
+  double* rest = nullptr;  ///< first double after them
 };
 [[nodiscard]] TreeScratch take_scratch(const BodyTree& tree, double* scratch);
 
 /// Cholesky factor of a symmetric n * n matrix in its lower triangle, in place. Returns -1, or the
-/// row whose pivot is not positive.
+/// first row with a pivot that is not positive.
 [[nodiscard]] std::ptrdiff_t cholesky(std::span<double> m, std::size_t n);
 /// Solves in place with a factored matrix.
 void cholesky_solve(std::span<const double> m, std::size_t n, double* x);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tree of axis-aligned boxes, to find which of many are near one (layer: data processing,
+// A tree of axis-aligned boxes, for finding those near a given one (layer: data processing,
 // spatial).
 #pragma once
 
@@ -14,21 +14,21 @@
 
 namespace robomosp::spatial {
 
-/// A binary tree over boxes. Which boxes stand together is decided once; where they are is kept
-/// outside, so that several threads can have them at different places.
+/// A binary tree over boxes. The grouping of boxes is fixed once; their positions are stored
+/// outside, so that several threads can have different ones.
 class BoxTree {
  public:
   BoxTree() = default;
-  /// Halves at the median of the centres along the longest side, again and again.
+  /// Splits recursively at the median of the centres along the longest side.
   explicit BoxTree(std::span<const Box> leaves);
 
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
   /// The boxes of all nodes from those of the leaves.
   void refit(std::span<const Box> leaves, std::vector<Box>& boxes) const;
 
-  /// Calls visit(leaf) for every leaf whose box is within bound() of `box`, the nearer half of each
-  /// node first; bound() [m] is asked again at every node and may shrink meanwhile; below 0 ends
-  /// it.
+  /// Calls visit(leaf) for every leaf with a box within bound() of `box`, the nearer child of each
+  /// node first; bound() [m] is evaluated at every node and may shrink meanwhile; a negative bound
+  /// ends the search.
   template <class Bound, class Visit>
   void near(std::span<const Box> boxes, const Box& box, Bound&& bound, Visit&& visit) const {
     if (nodes_.empty()) return;
@@ -56,7 +56,7 @@ class BoxTree {
   }
 
  private:
-  static constexpr std::size_t kDepth = 72;  ///< of a halved tree of 2^31 leaves, and some
+  static constexpr std::size_t kDepth = 72;  ///< sufficient for a balanced tree of 2^31 leaves
   struct Node {
     std::uint32_t second = 0;  ///< the first child is the next node
     std::int32_t leaf = -1;

@@ -9,17 +9,17 @@
 
 namespace robomosp::spatial {
 
-/// A polynomial of third degree between two knots `h` apart, by values and rates at both: the
-/// coefficients of the powers of the way since the first.
+/// A cubic polynomial between two knots `h` apart, from values and rates at both: the coefficients
+/// of the powers of the distance from the first.
 inline std::array<double, 4> cubic_piece(double x0, double x1, double v0, double v1, double h) {
   const double d = (x1 - x0) / h;
   return {x0, v0, (3 * d - 2 * v0 - v1) / h, (v0 + v1 - 2 * d) / (h * h)};
 }
 
 /// Rates at the knots of the spline through rows of `width` values each, `step[i]` > 0 between rows
-/// i and i + 1, whose second derivative has no jumps (L. Biagiotti, C. Melchiorri, Trajectory
-/// Planning for Automatic Machines and Robots, 2008, section 4.4). Natural, without second
-/// derivative, at an end for which no rates are given. Two rows or more.
+/// i and i + 1, with a continuous second derivative (L. Biagiotti, C. Melchiorri, Trajectory
+/// Planning for Automatic Machines and Robots, 2008, section 4.4). Natural, with zero second
+/// derivative, at an end without given rates. Two rows or more.
 inline std::vector<double> cubic_spline_rates(std::size_t width, std::span<const double> values,
                                               std::span<const double> step,
                                               std::span<const double> start = {},
@@ -29,7 +29,7 @@ inline std::vector<double> cubic_spline_rates(std::size_t width, std::span<const
   const auto slope = [&](std::size_t i, std::size_t j) {
     return (values[(i + 1) * width + j] - values[i * width + j]) / step[i];
   };
-  // Elimination without exchanges: the main diagonal outweighs the others.
+  // Elimination without pivoting: the matrix is diagonally dominant.
   for (std::size_t i = 0; i <= last; ++i) {
     const double before = i > 0 ? 1 / step[i - 1] : 0, after = i < last ? 1 / step[i] : 0;
     const std::span<const double> given = i == 0      ? start

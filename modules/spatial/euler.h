@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The 24 sequences of three angles that tell a rotation, 12 about fixed and 12 about turning axes,
-// and the rates of the notations (layer: data processing, spatial). Matrices are row-major.
-// [any thread]
+// The 24 sequences of three angles that represent a rotation, 12 about fixed and 12 about rotating
+// axes, and the rates of the representations (layer: data processing, spatial). Matrices are
+// row-major. [any thread]
 #pragma once
 
 #include <array>
@@ -14,22 +14,22 @@
 
 namespace robomosp::spatial {
 
-/// Three turns in order about axes 0, 1, 2 (x, y, z), no two neighbours alike. With turning axes
-/// R = R_a(1st) R_b(2nd) R_c(3rd), with fixed ones R = R_c(3rd) R_b(2nd) R_a(1st).
+/// Three rotations in order about axes 0, 1, 2 (x, y, z), consecutive ones different. With rotating
+/// axes R = R_a(1st) R_b(2nd) R_c(3rd), with fixed ones R = R_c(3rd) R_b(2nd) R_a(1st).
 struct EulerSequence {
   std::array<std::size_t, 3> axes{0, 1, 2};
   bool turning = false;
 
   /// First and last axis alike: the sequences of Euler; else those of Tait and Bryan.
   [[nodiscard]] bool is_proper() const { return axes[0] == axes[2]; }
-  /// "sxyz" for fixed (static) axes, "rzyx" for turning (rotating) ones.
+  /// "sxyz" for fixed (static) axes, "rzyx" for rotating ones.
   [[nodiscard]] std::string name() const;
   friend bool operator==(const EulerSequence&, const EulerSequence&) = default;
 };
 
-/// All of them: 12 about fixed axes, then the same about turning ones.
+/// All of them: 12 about fixed axes, then the same about rotating ones.
 [[nodiscard]] std::span<const EulerSequence, 24> euler_sequences();
-/// By name; "rpy" is sxyz, "xyz" and other bare axes turn.
+/// By name; "rpy" is sxyz, "xyz" and other plain names mean rotating axes.
 [[nodiscard]] std::optional<EulerSequence> euler_sequence(std::string_view name);
 
 /// Roll, pitch and yaw: sxyz.
@@ -37,19 +37,19 @@ inline constexpr EulerSequence kRollPitchYaw{{0, 1, 2}, false};
 
 struct EulerAngles {
   Vec3 angles{};  ///< outer two in (-pi, pi]; middle in [-pi/2, pi/2], proper ones [0, pi] [rad]
-  /// How far from singular: |cos| of the middle angle, |sin| for proper sequences; 0 = only the sum
-  /// or difference of the outer two is known by R, and one of them is 0.
+  /// Distance from the singularity: |cos| of the middle angle, |sin| for proper sequences; 0 = R
+  /// determines only the sum or difference of the outer two, and one of them is 0.
   double regularity = 1;
   [[nodiscard]] bool is_singular() const { return regularity < 1e-9; }
 };
 
 /// Matrix of three angles [rad] in the order of the sequence.
 [[nodiscard]] Matrix3 from_euler(const EulerSequence& s, const Vec3& angles);
-/// Angles of a rotation; reproduce R in the singular case, too.
+/// Angles of a rotation; they reproduce R in the singular case, too.
 [[nodiscard]] EulerAngles to_euler(const EulerSequence& s, const Matrix3& r);
 
 /// E with w = E * (rates of the angles), w the angular velocity in the outer axes (Siciliano et
-/// al., Robotics, 2009, sec. 3.6). Singular where the sequence is.
+/// al., Robotics, 2009, sec. 3.6). Singular if the sequence is.
 [[nodiscard]] Matrix3 euler_rates(const EulerSequence& s, const Vec3& angles);
 /// Time derivative of E for these rates of the angles [1/s].
 [[nodiscard]] Matrix3 euler_rates_rate(const EulerSequence& s, const Vec3& angles,

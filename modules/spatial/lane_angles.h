@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Square roots, the angle of a direction, and how far the tips of arms are from their targets, in
+// Square roots, the angle of a direction, and distances of the tips of arms from their targets, in
 // lanes; for sources of robomosp_lanes() (layer: data processing, spatial).
 #pragma once
 
@@ -66,9 +66,9 @@ RMP_INLINE T angle(const T& y, const T& x) {
 }
 
 /// Distance of the tip at q from the target [m], and the sum of the squared differences of the
-/// rotation matrices' elements, of `count` samples of arms of N revolute joints; rooms for the next
-/// multiple of kLanes samples. `places` and `targets`: 12 numbers each, R row-major, then p; of the
-/// joints at q = 0 each in the one before, then the tool.
+/// rotation matrices' elements, for `count` samples of arms of N revolute joints; arrays have space
+/// for the next multiple of kLanes samples. `places` and `targets`: 12 numbers each, R row-major,
+/// then p; the joints at q = 0, each relative to the previous one, then the tool.
 template <std::size_t N>
 inline void measure_tips(const double* places, const double* targets, const double* q,
                          std::size_t count, double* distance, double* square) {

@@ -20,13 +20,13 @@ class LoopGap {
   Vec3 way{};   ///< from a to b, axes of a [m]
   Vec3 turn{};  ///< rotation vector, axes of a [rad]
 
-  /// Rate of the rotation vector by an angular velocity u of b as seen from a (axes of a): the
-  /// inverse of the left Jacobian of SO(3) times u (J. Sola et al., "A micro Lie theory", 2018,
-  /// eq. 146).
+  /// Rate of the rotation vector for an angular velocity u of b relative to a (axes of a): the
+  /// inverse of the left Jacobian of SO(3) times u (J. Sola et al., "A micro Lie theory", 2018, eq.
+  /// 146).
   [[nodiscard]] Vec3 turn_rate(const Vec3& u) const;
-  /// Rate of turn_rate(u) with u held, while the rotation vector changes by `rate`.
+  /// Rate of turn_rate(u) for constant u, while the rotation vector changes by `rate`.
   [[nodiscard]] Vec3 turn_rate_change(const Vec3& rate, const Vec3& u) const;
-  /// Rates of (way, turn) for a motion of b in the base frame; without `by_vector` the angular
+  /// Rates of `way` and `turn` for a motion of b in the base frame; without `by_vector` the angular
   /// velocity replaces the rate of turn. Negate for a motion of a.
   [[nodiscard]] std::array<double, 6> rates(const Screw& motion, bool by_vector) const;
 
@@ -38,16 +38,16 @@ class LoopGap {
 
 /// Number of fixed directions of all loops.
 [[nodiscard]] std::size_t loop_rows(std::span<const LoopModel> loops);
-/// Index of the loop that a row belongs to, in the order of their fixed directions.
+/// Index of the loop of a row, in the order of their fixed directions.
 [[nodiscard]] std::size_t loop_of_row(std::span<const LoopModel> loops, std::size_t row);
 
-/// Of a swept tree whose accelerations are those of the velocities alone (qdd = 0). Rows in order
-/// of LoopDirection, loop after loop, in the axes of frame a.
+/// For a swept tree with accelerations for qdd = 0, due to velocities alone. Rows in order of
+/// LoopDirection, loop after loop, in the axes of frame a.
 struct LoopRows {
   std::span<double> jacobian;  ///< rows * dof, row-major
   std::span<double> bias;      ///< acceleration of the residual at qdd = 0
   std::span<double> rate;      ///< of the residual
-  std::span<double> gap;       ///< the residual: way [m] and rotation vector [rad]
+  std::span<double> gap;       ///< the residual: displacement [m] and rotation vector [rad]
 };
 /// `base_velocity`, `base_acceleration` as in the sweep: what the base does, weight included,
 /// both ends of a loop do.

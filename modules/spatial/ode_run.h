@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What integrators share: a method takes one step at a time, and the run around it takes samples,
-// finds events and projects (layer: data processing, spatial). With it an integrator of one's own
-// is a Stepper of a few lines.
+// Shared by integrators: a method takes one step at a time, and the run around it samples, finds
+// events and projects (layer: data processing, spatial). With it, a new integrator is a Stepper of
+// a few lines.
 #pragma once
 
 #include <span>
@@ -12,11 +12,11 @@
 
 namespace robomosp::spatial {
 
-/// Calls the system, counts, and says where a rate is not finite or fails.
+/// Calls the system, counts calls, and reports where a rate is not finite or fails.
 class Rates {
  public:
   Rates(OdeSystem& system, OdeStatistics& statistics) : system_(system), statistics_(statistics) {}
-  /// False = some number of it is not finite.
+  /// False = a result is not finite.
   Result<bool> operator()(double t, std::span<const double> x, std::span<double> dx);
   [[nodiscard]] OdeSystem& system() const { return system_; }
   [[nodiscard]] OdeStatistics& statistics() const { return statistics_; }
@@ -30,19 +30,19 @@ class Rates {
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// From here on; at the start and where an event or a projection has changed x.
+  /// Restarts from here: at the start, and after an event or a projection has changed x.
   virtual Result<void> restart(double t, std::span<const double> x) = 0;
-  /// One accepted step towards `limit`, not beyond. What it reached: `time()`, `state()`.
+  /// One accepted step towards `limit`, not beyond. Its result: `time()`, `state()`.
   virtual Result<void> step(double limit) = 0;
   [[nodiscard]] virtual double time() const = 0;
   [[nodiscard]] virtual std::span<const double> state() const = 0;
   /// The state within the last step.
   virtual Result<void> between(double t, std::span<double> x) = 0;
-  /// Parts of a step at whose ends events are looked for.
+  /// Number of parts of a step between which events are looked for.
   [[nodiscard]] virtual int looks_for_events() const = 0;
 };
 
-/// Refuses spans of the wrong length, times that do not rise and tolerances that make no sense.
+/// Rejects spans of the wrong length, times that do not increase and invalid tolerances.
 Result<void> check_run(const OdeSystem& system, const OdeRun& run);
 
 /// The whole run of a method.

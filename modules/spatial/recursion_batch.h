@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a kernel over a batch: in lanes or one by one, on one core or several, heeding Progress
+// Runs a kernel over a batch: in lanes or one by one, on one core or several, with cancellation
 // (layer: data processing, spatial).
 #pragma once
 
@@ -11,12 +11,12 @@
 
 namespace robomosp::spatial::recursions {
 
-/// The kernel for a mechanism: how it computes, and the scratch it needs.
+/// The kernel for a mechanism: its mode of computation, and its scratch.
 class Runner {
  public:
   Runner() = default;
-  /// `set` must be one that this processor runs.
-  /// One sample alone gains nothing from the widest vectors.
+  /// `set` must be supported by this processor.
+  /// A single sample gains nothing from the widest vectors.
   Runner(spatial::InstructionSet set, bool columns)
       : kernels_(&kernels(set)),
         single_(&kernels(std::min(set, spatial::InstructionSet::avx2))),
@@ -28,16 +28,16 @@ class Runner {
     pivots_ = pivots;
   }
 
-  /// Doubles that run needs for the kinds of task, on all cores.
+  /// Number of doubles that run needs for the kinds of task, on all cores.
   [[nodiscard]] std::size_t scratch_size(const Chain& chain,
                                          std::initializer_list<Task::What> kinds) const;
-  /// First sample whose result is no good, or batch.count. The result of a sample in a batch of two
-  /// or more depends neither on the other samples nor on the number of threads; alone it may differ
-  /// by rounding. Spans were checked by check_batch.
+  /// Returns the first sample with an invalid result, or batch.count. The result of a sample in a
+  /// batch of two or more depends neither on the other samples nor on the number of threads; for a
+  /// single sample it may differ by rounding. Spans were checked by check_batch.
   Result<std::size_t> run(const Chain& chain, Task::What what, const DynamicsBatch& batch,
                           std::span<double> out, Progress& progress) const;
-  /// The same of derivatives: of torques, or with by_tau of accelerations: those of the batch's
-  /// tau, or without pivots at the batch's qdd.
+  /// The same for derivatives: of torques, or with by_tau of accelerations: for the batch's tau, or
+  /// without pivots at the batch's qdd.
   Result<std::size_t> differentiate(const Chain& chain, const DynamicsBatch& batch,
                                     std::span<double> by_q, std::span<double> by_qd,
                                     std::span<double> by_tau, Progress& progress) const;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Partial derivatives of inverse dynamics with composite bodies in the base frame (Singh, Russell,
 // Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics using Spatial Vector Algebra,
-// RA-L 2022) for numbers T: one sample (double), whose rows are then computed in vectors, or one
-// a lane; for sources of robomosp_lanes() (layer: data processing, spatial).
+// RA-L 2022) for numbers T: one sample (double), with rows computed in vectors, or one per lane;
+// for sources of robomosp_lanes() (layer: data processing, spatial).
 //
 // Force by velocity, x -> I (x cross v) + x cross* I v + v cross* I x, is for a rigid body twice
 // the sum of the moments and forces m w' cross (velocity of the point) over its points: it depends
@@ -33,7 +33,7 @@ RMP_INLINE Spatial<T> cross(const Spatial<T>& v, const Spatial<T>& m) {
   return {cross(v.n, m.n), cross(v.n, m.f) + cross(v.f, m.n)};
 }
 
-/// A body and, after gather(), all that it carries; in the base frame.
+/// A body and, after gather(), all bodies it carries; in the base frame.
 template <class T>
 struct Moving {
   T R[9];
@@ -44,30 +44,30 @@ struct Moving {
   T G[9];
   Vec<T> P;
 };
-/// Of an entry of tau: what its column of motion meets in the bodies that it moves.
+/// For an entry of tau: products of its motion column with the bodies it moves.
 template <class T>
 struct RowOf {
   Spatial<T> inertial;  ///< I s
   Vec<T> turning;       ///< of the transposed map of velocities, its angular part
   Vec<T> wrench;        ///< the same of a wrench that keeps its direction
 };
-/// Numbers of a column of motion s, one array each: s, the angular part of v_up x s, a_up x s +
-/// v_up x (v_up x s), (v_up + v) x s, and the forces that it causes by q and by qd.
+/// Layout of a column's data for motion s, one array each: s, the angular part of v_up x s, a_up x
+/// s + v_up x (v_up x s), (v_up + v) x s, and the derivatives of force by q and by qd.
 enum ColumnPart : std::size_t { kS = 0, kPsi = 6, kPsi2 = 9, kSum = 15, kByQ = 21, kByRate = 27 };
 inline constexpr std::size_t kColumnParts = 33;
-/// Rows that are computed before they are handed on: read at once, they would be waited for.
+/// Rows computed before they are passed on, since reading them at once would stall.
 inline constexpr std::size_t kRowsHeld = 8;
 
 template <class T>
 struct DerivativeScratch {
   Scratch<T> own;
   Moving<T>* bodies;
-  RowOf<T>* rows;      // one a column
-  double* columns;     // kColumnParts arrays
-  std::size_t stride;  // doubles from one to the next
-  double* row;  // kRowsHeld rows of by_q and as many of by_rate, with room for a vector behind
+  RowOf<T>* rows;       // one a column
+  double* columns;      // kColumnParts arrays
+  std::size_t stride;   // doubles from one to the next
+  double* row;          // kRowsHeld rows of by_q and of by_rate, padded by one vector
   T *by_q, *by_rate;    // n * n, of Lanes
-  T* m;                 // n * n with room for a vector behind, of forward dynamics
+  T* m;                 // n * n padded by one vector, of forward dynamics
   double* right_sides;  // n rows of `width` doubles: by q, by qd, unit matrix
   std::size_t width;
 
@@ -102,7 +102,7 @@ std::size_t lay_out(const Mechanism& m, const Task& task, bool forward, double* 
   return used + 8;
 }
 
-/// The vector in which `double` coefficients meet kLanes columns, and Lanes one.
+/// A `double` coefficient for vectors of kLanes columns, and for one Lanes.
 RMP_INLINE Lanes widened(double x) { return splat<Lanes>(x); }
 RMP_INLINE Lanes widened(const Lanes& x) { return x; }
 
@@ -118,7 +118,7 @@ RMP_INLINE void put_column(const DerivativeScratch<T>& x, std::size_t part, std:
   x.column(part + 3)[c] = s.f.x, x.column(part + 4)[c] = s.f.y, x.column(part + 5)[c] = s.f.z;
 }
 
-/// Places, motions and forces of one body, and what its columns have before their forces.
+/// Positions, motions and forces of one body, and the data of its columns before their forces.
 template <Turn K, class T>
 RMP_INLINE void sweep_one(const Mechanism& m, std::size_t j, const Spatial<T>& base_v,
                           const Spatial<T>& base_a, const T* qd, const T* qdd,
@@ -180,7 +180,7 @@ RMP_INLINE void sweep_one(const Mechanism& m, std::size_t j, const Spatial<T>& b
     a = a + scaled(s, qdd[0]) + scaled(psi, qd[0]);
   }
   o.v = v, o.a = a;
-  // About the base's origin, as add_carried() does.
+  // About the base's origin, as in add_carried().
   const double* I = b.inertia;
   const Vec<T> h = multiply(o.R, plain(b.first)), g = h + scaled(o.p, 0.5 * b.mass);
   const Sym<T> turned_inertia = turned(o.R, Sym<T>{splat<T>(I[0]), splat<T>(I[1]), splat<T>(I[2]),
@@ -219,7 +219,7 @@ RMP_INLINE void add(Moving<T>& to, const Moving<T>& c) {
   to.P = to.P + c.P;
 }
 
-/// The force of an acceleration, and that of a velocity beside those of its own motion.
+/// The force of an acceleration, and that of a velocity in addition to the body's own motion.
 template <class T>
 RMP_INLINE Spatial<T> inertial(const Moving<T>& o, double mass, const Spatial<T>& y) {
   return {multiply(o.inertia, y.n) + cross(o.first, y.f), scaled(y.f, mass) + cross(y.n, o.first)};
@@ -229,13 +229,13 @@ RMP_INLINE Spatial<T> turning(const Moving<T>& o, const T& trace, const Vec<T>& 
   return {scaled(scaled(w, trace) - multiply(o.G, w), 2.0), scaled(cross(w, o.P), 2.0)};
 }
 
-/// A wrench at a tip: moment and force in the base's axes, and where it acts.
+/// A wrench at a tip: moment and force in the base's axes, and its point of application.
 template <class T>
 struct Acting {
   Vec<T> moment, force, at;
 };
 
-/// All of the columns. A null wrench is none.
+/// All of the columns. A null wrench means none.
 template <class T>
 void derivative_columns(const Mechanism& m, const BaseState<T>& base, const T* qd, const T* qdd,
                         const TipPath* tip, const T* wrench, const DerivativeScratch<T>& x) {
@@ -268,7 +268,7 @@ void derivative_columns(const Mechanism& m, const BaseState<T>& base, const T* q
       RowOf<T>& row = x.rows[c];
       row.inertial = inertial(o, b.carried, s);
       row.turning = scaled(scaled(s.n, trace) - multiply_back(o.G, s.n) + cross(o.P, s.f), 2.0);
-      // The bodies before the joint carry its forces turned.
+      // The bodies before the joint carry its rotated forces.
       put_column(
           x, kByQ, c,
           inertial(o, b.carried, column_of(x, kPsi2, c)) + turning(o, trace, psi) +
@@ -278,7 +278,7 @@ void derivative_columns(const Mechanism& m, const BaseState<T>& base, const T* q
     }
   }
   if (!wrench) return;
-  // The wrench keeps its direction when the joints before it turn.
+  // The wrench keeps its direction when preceding joints rotate.
   for (std::size_t c = 0; c < m.columns; ++c) x.rows[c].wrench = Vec<T>{};
   const Vec<T>&M = acting.moment, &F = acting.force;
   for (std::int32_t i = 0; i < tip->count; ++i) {
@@ -295,7 +295,7 @@ void derivative_columns(const Mechanism& m, const BaseState<T>& base, const T* q
   }
 }
 
-/// Six numbers of a row against those of the columns.
+/// Products of six numbers of a row with those of the columns.
 template <class T>
 struct Coefficients {
   Lanes k[6];
@@ -309,17 +309,17 @@ struct Coefficients {
   }
 };
 
-/// Where the matrices go, rows of `width` T: `sign` times them, added or in place of what is there.
+/// Output matrices, rows of `width` T: `sign` times the result, added to or replacing the content.
 template <class T>
 struct Target {
-  T *by_q, *by_rate;  ///< by_rate null = not asked for
+  T *by_q, *by_rate;  ///< by_rate null = not requested
   std::size_t width;
   double sign = 1;
   bool adds = false;
 };
 
-/// The matrices of a chain whose columns are the entries of tau, row by row. A null m is not asked
-/// for; its rows may be written up to a vector beyond their end.
+/// The matrices of a chain with columns in the order of the entries of tau, row by row. A null m is
+/// not requested; its rows may be written up to a vector beyond their end.
 template <class T>
 void ordered_matrices(const Mechanism& m, bool wrench, const DerivativeScratch<T>& x,
                       const Target<T>& to, T* inertia) {
@@ -385,7 +385,7 @@ template <class T>
 RMP_INLINE T product(const Spatial<T>& a, const Spatial<T>& b) {
   return dot(a.n, b.n) + dot(a.f, b.f);
 }
-/// The same of any tree: pairs of columns of which one moves the other, added up.
+/// The same for any tree: sums over pairs of columns of which one moves the other.
 template <class T>
 void matrices_of_tree(const Mechanism& m, bool wrench, const DerivativeScratch<T>& x,
                       const Target<T>& to, T* inertia) {
@@ -448,8 +448,8 @@ void add_resistance_rates(const Mechanism& m, std::uint32_t terms, const Target<
   }
 }
 
-/// The derivatives of the chosen terms' tau, after place(), times the target's sign; `inertia` (n *
-/// n, its lower triangle at least) where it is not null. `forward`: of the forces that keep qdd.
+/// The derivatives of the selected terms' tau, after place(), times the target's sign; `inertia` (n
+/// * n, its lower triangle at least) unless null. `forward`: of the forces for constant qdd.
 template <class T>
 void torque_derivatives(const Mechanism& m, const Task& task, const Inputs<T>& in,
                         const BaseRow& row, bool forward, const DerivativeScratch<T>& x,
@@ -465,7 +465,7 @@ void torque_derivatives(const Mechanism& m, const Task& task, const Inputs<T>& i
     if (m.ordered) ordered_matrices(m, bends, x, target, mass);
     else matrices_of_tree(m, bends, x, target, mass);
   };
-  // Behind the last column vectors read on.
+  // Vectors read beyond the last column.
   for (std::size_t part = 0; part < kColumnParts && m.ordered; ++part)
     for (std::size_t at = m.columns * kWide; at < x.stride; ++at)
       x.columns[part * x.stride + at] = 0;
@@ -479,7 +479,7 @@ void torque_derivatives(const Mechanism& m, const Task& task, const Inputs<T>& i
       for (std::size_t c = 0; c < n; ++c) to.by_rate[r * to.width + c] = T{};
   }
   matrices(wrench != nullptr, first, inertia);
-  // A turning base counts by itself as inertial.
+  // A rotating base contributes inertial terms.
   if (row.first && velocity && !inertial) {
     derivative_columns(m, base_state<T>(m, row, false, true, false), x.own.zeros, x.own.zeros,
                        nullptr, static_cast<const T*>(nullptr), x);

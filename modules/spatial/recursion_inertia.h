@@ -16,7 +16,8 @@ RMP_INLINE Composite<T> alone(const Body& b) {
            splat<T>(I[5])}};
 }
 
-// Adds a body and all that it carries to its parent, p and the turn being its place there.
+// Adds a body and all bodies it carries to its parent, with p and the rotation as its placement
+// there.
 template <class T, class R, class P>
 RMP_INLINE void add_carried(const Composite<T>& c, double mass, const R& turn, const Vec<P>& p,
                             Composite<T>& up) {
@@ -34,8 +35,8 @@ RMP_INLINE void add_carried(const Composite<T>& c, double mass, const R& turn, c
   up.first = up.first + (h + scaled(p, mass));
 }
 
-// Composite bodies of a simple chain: the forces of unit accelerations of all joints behind one
-// pass it together. Takes the room of links.
+// Composite bodies of a simple chain: the forces for unit accelerations of all joints after one are
+// propagated together. Uses the memory of links.
 template <class T>
 void serial_inertia(const Mechanism& m, const Scratch<T>& x, bool lower_only, T* out) {
   const std::size_t n = m.count;
@@ -76,7 +77,7 @@ void serial_inertia(const Mechanism& m, const Scratch<T>& x, bool lower_only, T*
   }
 }
 
-// Joint-space inertia by composite bodies, after place(): forces of unit accelerations, passed on
+// Joint-space inertia by composite bodies, after place(): forces for unit accelerations, propagated
 // to the joints nearer the base.
 template <class T>
 void composite_inertia(const Mechanism& m, const Scratch<T>& x, T* out) {
@@ -102,7 +103,7 @@ void composite_inertia(const Mechanism& m, const Scratch<T>& x, T* out) {
     const auto column = [&](std::size_t entry, Vec<T> f, Vec<T> n_) {
       const auto put = [&](std::size_t i, const T& value, bool own) {
         if (m.coupled) {
-          // Joints that move with one entry of qd meet in the diagonal, from both sides.
+          // Joints of one entry of qd meet on the diagonal, from both sides.
           if (own) out[i * n + entry] += value;
           else if (i == entry) out[i * n + i] += value + value;
           else out[i * n + entry] += value, out[entry * n + i] += value;
@@ -148,7 +149,7 @@ void composite_inertia(const Mechanism& m, const Scratch<T>& x, T* out) {
   }
 }
 
-// The same column by column from Newton-Euler, as in the paper; takes the rooms of qd and diagonal.
+// The same column by column from Newton-Euler, as in the paper; uses the memory of qd and diagonal.
 template <class T>
 void column_inertia(const Mechanism& m, const Scratch<T>& x, T* out) {
   const std::size_t n = m.velocities;
@@ -172,8 +173,8 @@ void inertia(const Mechanism& m, const Task& task, const Scratch<T>& x, T* out) 
 }
 
 // Factors M = L^T D L in place (lower triangle), from the tips to the base, so that zeros between
-// branches stay zeros; D as its inverse. Returns the least excess of a pivot over rounding, which
-// is not positive where M is not positive definite.
+// branches stay zeros; D as its inverse. Returns the least margin of a pivot over rounding, which
+// is not positive if M is not positive definite.
 template <class T>
 T factor(const Mechanism& m, T* M, T* diagonal) {
   const std::size_t n = m.velocities;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scratch of one evaluation of the recursions, and the places of all joints in it; for sources
-// of robomosp_lanes() (layer: data processing, spatial).
+// The scratch of one evaluation of the recursions, and the placements of all joints in it; for
+// sources of robomosp_lanes() (layer: data processing, spatial).
 #pragma once
 
 #include <robomosp/sdk/dynamics.h>
@@ -12,7 +12,7 @@ namespace robomosp::spatial::recursions::RMP_LANES {
 
 using namespace spatial::RMP_LANES;
 
-// What the outward pass leaves for the joints behind and for the inward pass, in the joint's frame.
+// Results of the outward pass for later joints and for the inward pass, in the joint's frame.
 template <class T>
 struct Link {
   Vec<T> w, wd, a;  // angular velocity, angular and linear acceleration of the origin
@@ -37,7 +37,7 @@ struct ArticulatedBody {
   Vec<T> B[3];  // rows
   Vec<T> n, f;
 };
-// What the inward pass leaves for the outward one.
+// Results of the inward pass for the outward one.
 template <class T>
 struct Resistance {
   Vec<T> n, f;  // to an acceleration of the joint
@@ -57,8 +57,8 @@ struct Scratch {
 };
 constexpr std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
-// Lays the room out from `at` and returns the doubles that it takes, alignment included. A null
-// pointer is only measured.
+// Lays out the memory from `at` and returns its number of doubles, alignment included. With a null
+// pointer it only computes the size.
 template <class T>
 std::size_t lay_out(const Mechanism& m, const Task& task, double* at, Scratch<T>& room) {
   constexpr std::size_t kWide = sizeof(T) / sizeof(double), kAlignment = 64;
@@ -105,7 +105,7 @@ RMP_INLINE bool moves(const spatial::JointConstants& k) {
   return k.type == JointType::prismatic || k.type == JointType::free;
 }
 
-// Sines, cosines and places of all joints.
+// Sines, cosines and placements of all joints.
 template <class T>
 void place(const Mechanism& m, const T* q, const Scratch<T>& x) {
   constexpr std::size_t kWide = sizeof(T) / sizeof(double);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linear systems whose rows may repeat each other (layer: data processing, spatial).
+// Linear systems with possibly redundant rows (layer: data processing, spatial).
 #pragma once
 
 #include <cstddef>

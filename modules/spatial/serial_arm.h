@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The revolute joints between a robot's base and one tip as axes in space: what closed-form inverse
-// kinematics is written in; and the configuration nearest to a pose that cannot be reached
-// (layer: data processing, spatial).
+// The revolute joints between a robot's base and one tip as axes in space, the input of closed-form
+// inverse kinematics; and the configuration nearest to an unreachable pose (layer: data processing,
+// spatial).
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace robomosp::spatial {
 
-/// Joints that these functions work with at most.
+/// Most joints supported by these functions.
 inline constexpr std::size_t kMostArmJoints = 12;
 
 /// One revolute joint of a serial arm.
@@ -37,8 +37,8 @@ struct SerialArm {
   [[nodiscard]] std::size_t size() const { return joints.size(); }
 };
 
-/// The joints on the way to `tip`; an error says which one is not a revolute joint of its own.
-/// Joints off the way do not matter. `most` is the greatest number of joints.
+/// The joints on the path to `tip`; an error names a joint that is not an independent revolute one.
+/// Other joints do not matter. `most` is the greatest number of joints.
 [[nodiscard]] Result<SerialArm> serial_arm(const RobotModel& model, std::size_t tip,
                                            std::size_t most = kMostArmJoints);
 
@@ -49,8 +49,8 @@ struct SerialArm {
 /// axes.
 Pose arm_jacobian(const SerialArm& arm, std::span<const double> q, std::span<double> jacobian);
 
-/// Moves q, whose tip has about the target's orientation, to where the tip's origin is closest to
-/// the target's with the orientation kept; limits do not count. Returns the distance left [m].
+/// Moves q, with a tip orientation close to the target's, to where the tip's origin is closest to
+/// the target's, keeping the orientation and ignoring limits. Returns the remaining distance [m].
 /// Gauss-Newton on the position with the orientation as linearised constraint, damped.
 double closest_position(const SerialArm& arm, const Pose& target, std::span<double> q);
 
@@ -58,8 +58,8 @@ double closest_position(const SerialArm& arm, const Pose& target, std::span<doub
 /// summed as squares (Levenberg-Marquardt, joints at limits held). Returns that sum.
 double closest_pose(const SerialArm& arm, const Pose& target, std::span<double> q);
 
-/// The unit twist (v, w) in the base frame that the tip cannot make at q, lengths counted in arm
-/// lengths; zeros when its singular value exceeds `tolerance` times the greatest.
+/// The unit twist (v, w) in the base frame that the tip cannot make at q, with lengths relative to
+/// the arm length; zeros if its singular value exceeds `tolerance` times the greatest.
 [[nodiscard]] std::array<double, 6> lost_direction(const SerialArm& arm, std::span<const double> q,
                                                    double tolerance = 1e-7);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// From any state of one coordinate (place, velocity, acceleration) to any other within limits of
-// velocity, acceleration and jerk: shortest time, every possible time, and the motion for it
-// (layer: data processing, spatial; standard library only). No allocation. [any thread]
+// Motions from any state of one coordinate (position, velocity, acceleration) to any other within
+// limits of velocity, acceleration and jerk: shortest time, all feasible times, and the motion for
+// each (layer: data processing, spatial; standard library only). No allocation. [any thread]
 #pragma once
 
 #include <array>
@@ -20,9 +20,9 @@ struct StateLimits {
   double j = 1;
 };
 
-/// One side of what can be reached: the motion that comes farthest forwards in a given time, in
-/// units of time and jerk 1. Its acceleration rises to p, is held, falls to q, is held, and rises
-/// to the end's; at the greatest velocity it rests at 0 on its way down.
+/// One bound of the reachable positions: the motion that moves farthest forwards in a given time,
+/// in units of time and jerk 1. Its acceleration rises to p, is held, falls to q, is held, and
+/// rises to the end's; at the greatest velocity it stays at 0 before it falls.
 struct FarthestMotion {
   double v0, a0, v1, a1, V, A;
   double C;       ///< v1 - v0 - (a1^2 - a0^2) / 2
@@ -33,31 +33,32 @@ struct FarthestMotion {
     double p, q, hold_p, hold_q, cruise;
   };
   void prepare();
-  /// S = T - (a1 - a0): the time but for the direct change of acceleration.
+  /// S = T - (a1 - a0): the time without the direct change of acceleration.
   [[nodiscard]] Shape shape(double S) const;
-  /// The way done, and how fast it grows with the time given.
+  /// The displacement, and its derivative by the given time.
   [[nodiscard]] double way(const Shape&) const;
   [[nodiscard]] double growth(const Shape&) const;
-  /// Least S in [from, to] where the way reaches x; it is below x at `from`. Infinite when none.
+  /// Least S in [from, to] at which the displacement reaches x; it is below x at `from`. Infinite
+  /// if there is none.
   [[nodiscard]] double reach(double x, double from, double to, double touch) const;
 };
 
-/// The times and motions of one coordinate. What can be reached in a time T is an interval of
-/// places, because limits and equations are linear: [nearest(T), farthest(T)]. T is possible when
-/// the end lies in it, and any mixture of the two extreme motions keeps all limits.
+/// The feasible times and motions of one coordinate. The reachable positions in a time T are an
+/// interval, because limits and equations are linear: [nearest(T), farthest(T)]. T is feasible if
+/// the interval contains the end, and any mixture of the two extreme motions respects all limits.
 class StateToState {
  public:
   enum class Fault { none, end_velocity, end_acceleration, end_passed };
 
-  /// `j` of the states is not read. A start outside the limits is first brought back as fast as
-  /// possible. An end outside them is a fault; `end_passed`: to arrive so, the velocity limit was
-  /// broken before, or would be behind it.
+  /// `j` of the states is ignored. A start outside the limits is first brought back as fast as
+  /// possible. An end outside them is a fault; `end_passed`: the velocity limit would be violated
+  /// before the end, or after it.
   Fault prepare(const Motion1& start, const Motion1& end, const StateLimits&);
 
-  /// Shortest possible duration >= T. Durations may be blocked: a moving start cannot always be
-  /// delayed by a little.
+  /// Shortest feasible duration >= T. Durations may be blocked: a moving start cannot always be
+  /// delayed slightly.
   [[nodiscard]] double next_duration(double T) const;
-  /// The motion of a duration that next_duration() returned or that it returns unchanged.
+  /// The motion for a duration that next_duration() returned, or would return unchanged.
   [[nodiscard]] Ramps motion(double T) const;
 
  private:
@@ -73,7 +74,7 @@ class StateToState {
   FarthestMotion forward_, backward_;
 };
 
-/// Shortest duration >= T that all coordinates can take, so that they arrive together.
+/// Shortest duration >= T feasible for all coordinates, so that they arrive together.
 [[nodiscard]] double common_duration(std::span<const StateToState>, double T = 0);
 
 }  // namespace robomosp::spatial

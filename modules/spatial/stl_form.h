@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of its two forms an STL file has, for all that read one (layer: mathematics, std only).
+// Determines the form of an STL file, text or binary, for all readers (layer: mathematics, std
+// only).
 #pragma once
 
 #include <algorithm>
@@ -10,11 +11,11 @@ namespace robomosp::spatial {
 
 /// Bytes before the first triangle of a binary file: a text of 80, and the number of triangles.
 inline constexpr std::size_t kStlHead = 84;
-/// Bytes of a triangle of a binary file: normal, corners, and two of its own use.
+/// Bytes of a triangle of a binary file: normal, corners, and two attribute bytes.
 inline constexpr std::size_t kStlTriangle = 50;
 
-/// Whether STL is text: it begins with "solid", as headers of binary files may, too, and has no
-/// zero byte where those have one, as the last byte of the number of triangles is for up to 16
+/// True if STL is text: it begins with "solid", as headers of binary files may, too, and has no
+/// zero byte where binary files have one: the last byte of the number of triangles is zero up to 16
 /// million.
 [[nodiscard]] inline bool is_text_stl(std::string_view bytes) {
   constexpr std::string_view kWord = "solid";

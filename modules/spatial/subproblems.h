@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subproblems of closed-form inverse kinematics: turns about given axes that bring directions
-// together (Paden 1986, Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic
-// Manipulation, 1994, section 3.2; Elias and Wen, IK-Geo, 2022); inline, no allocation
-// (layer: data processing, spatial).
+// Subproblems of closed-form inverse kinematics: rotations about given axes that align directions
+// (Paden 1986, Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation,
+// 1994, section 3.2; Elias and Wen, IK-Geo, 2022); inline, no allocation (layer: data processing,
+// spatial).
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace robomosp::spatial {
 
-/// v turned about the unit axis h (Rodrigues).
+/// v rotated about the unit axis h (Rodrigues).
 [[nodiscard]] inline Vec3 turned(const Vec3& h, const SinCos& t, const Vec3& v) {
   const Vec3 side = cross(h, v);
   const double along = dot(h, v) * (1 - t.cos);
@@ -24,8 +24,8 @@ namespace robomosp::spatial {
           t.cos * v[2] + t.sin * side[2] + along * h[2]};
 }
 
-/// Subproblem 1: the turn about h that brings v's part across h to the direction of w's. `size`
-/// receives the product of the lengths of these parts: 0 = any turn will do.
+/// Subproblem 1: the rotation about h that aligns the component of v normal to h with that of w.
+/// `size` receives the product of the lengths of these components: 0 = any rotation is a solution.
 [[nodiscard]] inline SinCos turn_between(const Vec3& h, const Vec3& v, const Vec3& w,
                                          double* size = nullptr) {
   const double s = dot(h, cross(v, w)), c = dot(v, w) - dot(h, v) * dot(h, w);
@@ -34,12 +34,12 @@ namespace robomosp::spatial {
   return n > 0 ? SinCos{s / n, c / n} : SinCos{};
 }
 
-/// a cos t + b sin t = c, the heart of subproblems 3 and 4. Where there is no answer both are the
-/// nearest turn, and `gap` says how much is missing, in the unit of a, b and c.
+/// Solves a cos t + b sin t = c, the core of subproblems 3 and 4. Without a solution, both results
+/// are the nearest angle, and `gap` is the residual, in the unit of a, b and c.
 struct CosineAnswer {
   std::array<SinCos, 2> turn;
   double gap = 0;   ///< |c| - sqrt(a^2 + b^2) where positive
-  double root = 0;  ///< sqrt(a^2 + b^2 - c^2): 0 where both answers meet
+  double root = 0;  ///< sqrt(a^2 + b^2 - c^2): 0 if both solutions coincide
 };
 [[nodiscard]] inline CosineAnswer solve_cosine(double a, double b, double c) {
   CosineAnswer out;
@@ -57,9 +57,9 @@ struct CosineAnswer {
   return out;
 }
 
-/// The real roots of a2 cos 2t + b2 sin 2t + a1 cos t + b1 sin t + a0, at most 4, by the four roots
-/// of the polynomial in exp(i t) (Durand-Kerner) and Newton's method. A pair that has just left the
-/// real axis comes as its place of least distance.
+/// The real roots of a2 cos 2t + b2 sin 2t + a1 cos t + b1 sin t + a0, at most 4, from the four
+/// roots of the polynomial in exp(i t) (Durand-Kerner) and Newton's method. A pair that has just
+/// left the real axis is returned as its point of least distance.
 struct TrigonometricRoots {
   std::array<double, 4> t{};
   int count = 0;
@@ -91,7 +91,7 @@ struct TrigonometricRoots {
   }
   // conj(c2) + conj(c1) z + c0 z^2 + c1 z^3 + c2 z^4, divided by c2.
   const C c2{a2 / 2, -b2 / 2}, c1{a1 / 2, -b1 / 2};
-  const auto times = [](C x, C y) {  // without the library's care for infinities
+  const auto times = [](C x, C y) {  // without the library's handling of infinities
     return C{x.real() * y.real() - x.imag() * y.imag(), x.real() * y.imag() + x.imag() * y.real()};
   };
   const auto over = [&](C x, C y) {

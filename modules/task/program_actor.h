@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program that runs in a world: what its names mean there, and its motions, signals and grips
+// A program running in a world: the bindings of its names, and its motions, signals and grips
 // (layer: application, task).
 #pragma once
 
@@ -26,48 +26,49 @@
 
 namespace robomosp::task {
 
-/// Files that programs open: names are those of the programs. [the run's thread]
+/// Files opened by programs: names are those of the programs. [the run's thread]
 class ProgramFolder {
  public:
   virtual ~ProgramFolder() = default;
   [[nodiscard]] virtual Result<std::string> read(std::string_view name) const = 0;
-  /// `adds` = behind what is there.
+  /// `adds` = appends to the existing file.
   [[nodiscard]] virtual Result<void> write(std::string_view name, std::string_view bytes,
                                            bool adds) const = 0;
 };
 
-/// How a program counts an additional joint: value = sign * joint + offset [degrees or mm].
+/// Relation of a program's additional joint to the joint: value = sign * joint + offset [degrees or
+/// mm].
 struct CountedJoint {
   double sign = 1, offset = 0;
 };
 
-/// A compiled program and what its names mean in a world.
+/// A compiled program and the bindings of its names in a world.
 struct ProgramInWorld {
   std::shared_ptr<const CompiledProgram> code;
   model::PlacedProgram placement;
-  bool frees_unbound = false;  ///< signals that nothing is bound to are the program's own
-  /// Motions without TOOL are of the flange, as on a controller that knows of no tool, and not of
+  bool frees_unbound = false;  ///< unbound signals are separate ones of the program
+  /// Motions without TOOL move the flange, as on a controller without a defined tool, rather than
   /// the robot's tool.
   bool moves_flange = false;
-  /// A run for a check: it goes on behind faults, and fills this. null = a plain run.
+  /// A check run: it continues after faults and fills this. null = a normal run.
   std::shared_ptr<ProgramInspection> inspection = nullptr;
-  std::vector<program::Preset> values = {};  ///< of variables, given before the first statement
-  std::vector<std::string> lines = {};       ///< what READ gets, one after the other
-  std::shared_ptr<const ProgramFolder> files = nullptr;  ///< null = it opens none
-  /// How it counts additional joints, by number from 1; of others the maker's axes count where its
-  /// cell says R_MAKER_AXES, else the joints.
+  std::vector<program::Preset> values = {};  ///< of variables, set before the first statement
+  std::vector<std::string> lines = {};       ///< input of READ, one after another
+  std::shared_ptr<const ProgramFolder> files = nullptr;  ///< null = it may open none
+  /// Relations of additional joints, by number from 1; for others the maker's axes apply if the
+  /// cell has R_MAKER_AXES, else the joints.
   std::map<std::size_t, CountedJoint> counted = {};
   /// Poses are measured from the carriage, not from the fixed base of the rail: as on controllers
-  /// that do not know what carries their robot.
+  /// that do not model the rail.
   bool is_on_carriage = false;
 };
 
 struct TargetPlaces;
 
-/// A value; copies go on by themselves. [one thread]
+/// A value; copies run independently. [one thread]
 class ProgramActor {
  public:
-  /// Errors name what is bound to nothing, or wrongly.
+  /// Errors name unbound and wrongly bound names.
   static Result<ProgramActor> create(const TaskExecutor&, ProgramInWorld,
                                      std::vector<std::string>& notes);
 
@@ -75,36 +76,36 @@ class ProgramActor {
   static Result<TargetPlaces> target_places(const TaskExecutor&, ProgramInWorld,
                                             std::string_view symbol);
 
-  /// While it computes it looks here whether it is to stop. Outlives this.
+  /// Flag polled during computation for a request to pause. Must outlive this.
   void set_pause_wish(const std::atomic<bool>* wish) { pause_wish_ = wish; }
-  /// Of a run that somebody looks at: what READ gets, which may grow while the run rests. Outlives
-  /// this. Without it, READ gets what the program was given.
+  /// For an interactive run: the input of READ, which may grow while the run is paused. Must
+  /// outlive this. Without it, READ uses the program's lines.
   void set_lines(const std::vector<std::string>* lines) { typed_ = lines; }
-  /// Whether somebody is there: at PAUSE, and where READ finds no line, it then asks (is_asking)
-  /// instead of going on, or failing.
+  /// Sets whether an operator is present: then PAUSE, and READ without a line, wait for input
+  /// (is_asking) instead of continuing, or failing.
   void set_attended(bool is_attended) { is_attended_ = is_attended; }
-  /// Stands at PAUSE until run() is called again, or at READ until there is a line.
+  /// True at PAUSE until run() is called again, or at READ until there is a line.
   [[nodiscard]] bool is_asking() const { return is_shown_ || wants_line_; }
   [[nodiscard]] bool wants_line() const { return wants_line_; }
   [[nodiscard]] std::size_t lines_read() const { return lines_read_; }
-  /// Lets it go on at time `now` [s] until it waits, is over, or its debugger stops it.
+  /// Runs it at time `now` [s] until it waits, is over, or its debugger stops it.
   Result<void> run(TaskExecutor&, double now, Progress&);
   [[nodiscard]] const std::string& name() const { return names_->name; }
-  /// Tasks of the world that it may start, by their places there.
+  /// Tasks of the world that it may start, by their indices there.
   [[nodiscard]] const std::set<std::size_t>& tasks() const { return names_->tasks; }
   [[nodiscard]] bool is_over() const;
   [[nodiscard]] bool is_stopped() const;  ///< by its debugger
-  /// The time at which it goes on if no signal changes; none = never.
+  /// The time at which it continues if no signal changes; empty = never.
   [[nodiscard]] std::optional<double> next_time(double now, double cycle) const;
-  /// Whether a signal may let it go on.
+  /// True if a signal may make it continue.
   [[nodiscard]] bool waits_for_signals() const;
-  /// What its processes wait for and nothing gives any more, each with its place, and by whom it
-  /// could be given: sentences.
+  /// Waits of its processes that nothing can end, each with its place, and what could end it:
+  /// sentences.
   struct Stuck {
     std::vector<std::string> waits, hints;
   };
   [[nodiscard]] Stuck stuck() const;
-  /// "towers.irl:12:3", of what it waits at.
+  /// "towers.irl:12:3", the place where it waits.
   [[nodiscard]] std::string where() const;
   /// Its line at a time; 0 = before it began.
   [[nodiscard]] double line_at(double t) const;
@@ -113,8 +114,8 @@ class ProgramActor {
 
   // ---- for checks (program_inspection.cpp) ----
   [[nodiscard]] ProgramInspection* inspection() const { return inspection_.get(); }
-  /// Nothing can end its waits any more: those of WAIT FOR go on as if their conditions held. False
-  /// = there is none, or one has been waived before; then the program is over.
+  /// Called if nothing can end its waits any more: those of WAIT FOR continue as if their
+  /// conditions held. False = there is none, or one was waived before; then the program is over.
   bool waive(double now);
   /// Its run has ended.
   void finish(double now);
@@ -132,15 +133,15 @@ class ProgramActor {
   };
   struct SignalUse {
     enum Kind { wire, grip, free, task } kind = free;
-    std::size_t at = 0;  ///< wire, grip, or task of the world
+    std::size_t at = 0;  ///< index of the wire, grip, or task of the world
     double value = 0;    ///< of a free input
   };
   struct JointUse {
     bool is_grip = false;
-    std::size_t at = 0;  ///< grip, or actor
+    std::size_t at = 0;  ///< index of the grip, or actor
     std::size_t joint = 0;
   };
-  /// What the names mean. Does not change.
+  /// The bindings of its names. Constant.
   struct Names {
     std::string name;
     bool moves_flange = false;
@@ -148,22 +149,23 @@ class ProgramActor {
     std::map<std::uint32_t, RobotUse> robots;    ///< by symbol
     std::map<std::uint32_t, SignalUse> signals;  ///< by symbol
     std::vector<GripUse> grips;
-    std::set<std::size_t> tasks;             ///< of the world, that signals are bound to
+    std::set<std::size_t> tasks;             ///< of the world, bound to signals
     std::map<std::size_t, JointUse> joints;  ///< additional ones, from 1
-    /// How many of a robot's first joints are additional ones: a rail. By actor.
+    /// Number of a robot's first joints that are additional ones: a rail. By actor.
     std::map<std::size_t, std::size_t> rails;
     std::map<std::int64_t, RobotUse> devices;     ///< by number, for DEVICE
     std::map<std::size_t, CountedJoint> counted;  ///< additional joints, from 1
     bool is_on_carriage = false;                  ///< poses are measured from the carriage
-    /// The cell has no additional joints (R_NADDJ := 0): zeros of targets only fill their type.
+    /// The cell has no additional joints (R_NADDJ := 0): targets only have zeros required by the
+    /// type.
     bool has_no_additional = false;
   };
-  /// Of a PTP under TIME with C_PASS, or behind one: each joint goes by a cubic.
+  /// For a PTP under TIME with C_PASS, or after one: each joint follows a cubic.
   struct Passing {
-    /// `open` = it ends at rest, unless a motion follows that it can pass on to.
+    /// `open` = it ends at rest, unless a motion follows to which it can pass on.
     enum class End { open, passed, stop } end = End::open;
     bool is_from_rest = true;
-    std::vector<double> rate;  ///< with which it begins [rad/s or m/s]
+    std::vector<double> rate;  ///< initial rate [rad/s or m/s]
     std::vector<double> to;    ///< joint values at its end
     std::uint32_t process = 0;
     rmp_span span{};
@@ -171,10 +173,10 @@ class ProgramActor {
   struct OpenMotion {
     std::size_t actor = 0;
     std::vector<std::size_t> along;  ///< other robots and mechanisms that it moves
-    double along_from = 0;           ///< since when, without a stop [s]
+    double along_from = 0;           ///< start time, without a stop [s]
     double start = 0, end = 0;
     double c_cp = 0, c_ptp = 0;
-    double c_speed = 1;  ///< a share
+    double c_speed = 1;  ///< a fraction
     bool is_path = false;
     double speed = 0;                                   ///< along its path [m/s]; 0 = it has a TIME
     double speed_orientation = 0;                       ///< [rad/s]; 0 = it has a TIME
@@ -182,13 +184,13 @@ class ProgramActor {
     double velocity_share = 1, acceleration_share = 1;
     TaskExecutor::Grip tip;
     std::optional<Passing> passing;
-    std::vector<std::pair<std::size_t, bool>> grips;  ///< at its end
+    std::vector<std::pair<std::size_t, bool>> grips;  ///< actions at its end
   };
-  /// A motion that STOP holds, as it would have gone on.
+  /// A motion held by STOP, with the rest of it.
   struct HeldMotion {
     std::map<std::size_t, std::vector<TaskExecutor::Move>> moves;  ///< by actor
-    double at = 0;           ///< where it stands, as a time of those [s]
-    std::uint64_t with = 0;  ///< an earlier motion of the robot, that is held with it; 0 = none
+    double at = 0;           ///< where it was held, as a time of those [s]
+    std::uint64_t with = 0;  ///< an earlier motion of the robot, held with it; 0 = none
     double began = 0;
   };
   struct Solver {
@@ -198,20 +200,20 @@ class ProgramActor {
     sim::BranchNames branches;
   };
 
-  /// How joints and turns of the program count those of a robot.
+  /// Relation of a program's joints and turns to those of a robot.
   struct CountedAxes {
     std::shared_ptr<const robotics::MakerAxes> maker;  ///< null = they are the robot's joints
-    std::vector<PostAxis> arm;                         ///< of `maker`: those behind a rail
+    std::vector<PostAxis> arm;                         ///< of `maker`: those after a rail
   };
 
   ProgramActor(std::shared_ptr<const Names> names, program::Machine machine)
       : names_(std::move(names)), machine_(std::move(machine)) {}
-  /// The maker's axis of a joint where it counts that joint alone; null = there is none.
+  /// The maker's axis of a joint if it depends on that joint alone; empty = there is none.
   [[nodiscard]] static std::optional<CountedJoint> maker_counts(const TaskExecutor::Actor&,
                                                                 std::size_t joint,
                                                                 std::string* name = nullptr);
-  /// Additional joints that the user has not bound: those that the maker keeps as external axes and
-  /// that carry the robot, in the maker's order, where the program's MAIN_JOINT has the others.
+  /// Binds additional joints that the user has not bound: the maker's external axes that carry the
+  /// robot, in the maker's order, if the program's MAIN_JOINT has the others.
   static void bind_external_axes(const rmp_code&, const TaskExecutor::Actor&, std::size_t actor,
                                  Names&);
   void note_line(double t);
@@ -226,17 +228,19 @@ class ProgramActor {
   program::Machine machine_;
   std::map<std::uint32_t, program::SignalValue> outputs_;
   std::map<std::uint64_t, OpenMotion> open_;
-  std::map<std::size_t, double> told_accelerations_;  ///< by actor: greatest of a note [m/s^2]
+  std::map<std::size_t, double> told_accelerations_;  ///< by actor: greatest reported in a note
+                                                      ///< [m/s^2]
   std::map<std::uint64_t, HeldMotion> held_;
-  std::map<std::size_t, double> braked_until_;   ///< by actor: of what it has ended itself [s]
+  std::map<std::size_t, double> braked_until_;   ///< by actor: for motions it has aborted itself
+                                                 ///< [s]
   std::vector<std::vector<std::string>> taken_;  ///< by grip
-  std::vector<double> additional_;               ///< as the program has set them
+  std::vector<double> additional_;               ///< as set by the program
   const std::atomic<bool>* pause_wish_ = nullptr;
   std::string text_;
   std::vector<std::pair<double, std::uint32_t>> lines_;
   std::vector<std::shared_ptr<const Solver>> solvers_;
-  std::map<std::size_t, CountedAxes> axes_;  ///< by actor, once they were asked for
-  ErrorCode code_ = ErrorCode::conflict;     ///< of the last error of its cell
+  std::map<std::size_t, CountedAxes> axes_;  ///< by actor, computed on demand
+  ErrorCode code_ = ErrorCode::conflict;     ///< of its cell's last error
   std::shared_ptr<ProgramInspection> inspection_;
   program::Presets presets_;
   bool has_told_halt_ = false;
@@ -246,7 +250,7 @@ class ProgramActor {
   std::size_t lines_read_ = 0;
   bool is_attended_ = false;
   std::set<std::uint32_t> paused_;  ///< processes at PAUSE
-  bool is_shown_ = false;           ///< those; they go on with the next run()
+  bool is_shown_ = false;           ///< PAUSE was shown; they continue with the next run()
   bool wants_line_ = false;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The world as one run of a program sees it: signals, texts and robots (program_cell.cpp), motions
-// (program_cell_motions.cpp), targets that are passed without a stop (program_cell_passing.cpp),
-// paths that additional axes move (program_cell_tied.cpp) and motions that are checked
-// (program_cell_checks.cpp) (layer: application, task). Internal to modules/task/program_*.cpp.
+// The world as seen by one run of a program: signals, texts and robots (program_cell.cpp), motions
+// (program_cell_motions.cpp), targets passed without a stop (program_cell_passing.cpp), paths moved
+// by additional axes (program_cell_tied.cpp) and checks of motions (program_cell_checks.cpp)
+// (layer: application, task). Internal to modules/task/program_*.cpp.
 #pragma once
 
 #include <cmath>
@@ -43,17 +43,18 @@ using text::quote;
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 inline constexpr double kMillimetre = 1e-3;
-inline constexpr double kSame = 1e-9;        ///< times and ways this near are the same
-inline constexpr double kSameJoints = 1e-6;  ///< sim::robot_motion takes these as the same
-/// 100 % of ACC: acceleration of the tool [m/s^2] and of its turning [rad/s^2].
+inline constexpr double kSame = 1e-9;        ///< times and lengths this close are equal
+inline constexpr double kSameJoints = 1e-6;  ///< sim::robot_motion treats these as equal
+/// 100 % of ACC: acceleration of the tool [m/s^2] and of its rotation [rad/s^2].
 inline constexpr double kFullAcceleration = 2.5, kFullTurning = 10;
-/// Of motions under TIME, which only the joints bound [m/s, rad/s].
+/// Speed cap for motions with TIME: effectively unlimited, since joint limits bound them [m/s,
+/// rad/s].
 inline constexpr double kAnySpeed = 1e6;
 inline constexpr double kWithin = 1 + 1e-6;  ///< of a limit
-/// What cubics between targets may have beyond a joint's greatest speed, with a note.
+/// Tolerated overshoot of cubics between targets over a joint's greatest speed, with a note.
 inline constexpr double kMostExcess = 1.1;
 inline constexpr int kMostSlices = 100;  ///< of computing at one instant
-inline constexpr int kTries = 5;         ///< of ever shorter transitions
+inline constexpr int kTries = 5;         ///< of successively shorter transitions
 inline constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 
 inline Pose to_pose(const PlainPose& p) {
@@ -87,7 +88,7 @@ inline double distance(const Vec3& a, const Vec3& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-/// The world as one run of a program sees it.
+/// The world as seen by one run of a program.
 class ProgramCell final : public program::World {
  public:
   ProgramCell(ProgramActor& actor, TaskExecutor& executor, double now, Progress& progress)
@@ -102,7 +103,7 @@ class ProgramCell final : public program::World {
   Result<void> hold_motion(std::uint64_t number) override;
   Result<void> resume_motion(std::uint64_t number) override;
 
-  /// Behind a run: motions that were to pass their targets, and that nothing follows.
+  /// After a run: ends motions that were to pass their targets if no motion follows.
   Result<void> settle();
 
   Result<bool> stands(std::uint64_t number) override;
@@ -122,7 +123,7 @@ class ProgramCell final : public program::World {
   Result<void> write_file(std::string_view name, std::string_view bytes, bool adds) override;
 
  private:
-  /// The robot of a motion, and what goes along and was not given another motion since.
+  /// The robot of a motion, and the companions that have no later motion.
   [[nodiscard]] std::vector<std::size_t> moved_by(const ProgramActor::OpenMotion& open) const;
   Error has_no_files(const char* does, std::string_view name);
   Error fails(ErrorCode code, std::string message, std::string hint = {});
@@ -134,61 +135,60 @@ class ProgramCell final : public program::World {
 
   Result<const ProgramActor::RobotUse*> robot_of(std::uint32_t symbol);
   Pose base_T_tip(std::size_t who, const TaskExecutor::Grip& tip, std::span<const double> q) const;
-  /// Of what targets are in; `q` has at least the joints of the rail as they are then.
+  /// Frame of the targets; `q` has at least the current joints of the rail.
   Result<Pose> base_T_frame(const ProgramActor::RobotUse& use, const PlainPose* given,
                             std::span<const double> q) const;
-  /// Joint values [rad or m] behind the rail, of a target's [degrees or mm]: by the maker's axes
-  /// where the program counts them. Steps have no offset.
+  /// Joint values [rad or m] after the rail, from a target's [degrees or mm]: by the maker's axes
+  /// if the program uses them. Steps have no offset.
   Result<std::vector<double>> joints_of(std::size_t who, const std::vector<double>& given,
                                         bool is_step = false);
-  /// The maker's axes of a robot where the program counts them (R_MAKER_AXES of its cell).
+  /// The maker's axes of a robot if the program uses them (R_MAKER_AXES of its cell).
   const ProgramActor::CountedAxes& axes_of(std::size_t who);
-  /// Value of an axis [degrees or mm] = first * joint + second, of a joint that turns.
+  /// Value of an axis [degrees or mm] = first * joint + second, of a revolute joint.
   [[nodiscard]] std::pair<double, double> turned_by(std::size_t who, std::size_t joint);
-  /// A joint [rad or m] of the value that the program counts an additional joint with [degrees or
-  /// mm], and the other way.
+  /// The joint value [rad or m] for an additional joint's value in the program [degrees or mm], and
+  /// the inverse.
   [[nodiscard]] double joint_of_additional(std::size_t number, double value) const;
   [[nodiscard]] double additional_of_joint(std::size_t number, double q) const;
-  /// Puts the joints of a robot's rail where a target says.
+  /// Sets the joints of a robot's rail from a target.
   void set_rail(std::size_t who, const Target& given, std::span<double> q) const;
-  /// ADAX_CONTROL as it counts: controllers that know of the rail keep the tool's path straight in
-  /// the world, and so do programs of theirs without the attribute.
+  /// The effective ADAX_CONTROL: controllers that model the rail keep the tool's path straight in
+  /// the world, and so do their programs without the attribute.
   [[nodiscard]] std::int32_t control_of(const program::Motion& m, std::size_t who) const;
-  /// How many of a robot's first joints are additional axes of the program: a rail.
+  /// Number of a robot's first joints that are additional axes of the program: a rail.
   [[nodiscard]] std::size_t rail_of(std::size_t who) const;
-  /// base_T_carriage: what the arm stands on, with the first joint values of `q`.
+  /// base_T_carriage: the frame that carries the arm, for the first joint values of `q`.
   [[nodiscard]] Pose base_T_carriage(std::size_t who, std::span<const double> q) const;
-  /// Why the solver of a robot does not reach a target, in its maker's axes.
+  /// Why a robot's solver does not reach a target, in its maker's axes.
   [[nodiscard]] std::string why_not(std::size_t who, const ProgramActor::Solver& solver,
                                     const IkResult& r, const Pose& arm_T_target,
                                     std::span<const double> seed);
-  /// A robot behind its rail: the joints that solvers of its arm move.
+  /// A robot without its rail: the joints moved by solvers of its arm.
   [[nodiscard]] std::shared_ptr<RobotModel> arm_of(std::size_t who,
                                                    const TaskExecutor::Grip& tip) const;
 
   std::shared_ptr<const ProgramActor::Solver> solver(std::size_t who, const TaskExecutor::Grip& tip,
                                                      Result<void>& failed);
-  /// Bit k is set where the arm is on the second way of choice k.
+  /// Bit k is set if the arm is on the second side of choice k.
   static std::int32_t status_of(const sim::BranchNames& names, std::span<const double> q);
   [[nodiscard]] std::vector<std::int32_t> turns_of(std::size_t who, std::span<const double> q,
                                                    std::size_t rail);
-  /// What motions without TOOL move.
+  /// The tip moved by motions without TOOL.
   [[nodiscard]] Result<TaskExecutor::Grip> own_tip(const ProgramActor::RobotUse&) const;
   Result<Target> state_at(const ProgramActor::RobotUse& use, const std::vector<double>& q);
   [[nodiscard]] std::vector<double> additional_now() const;
 
-  /// A joint angle in the whole turn that is wanted, or the nearest to `seed` within the limits.
+  /// A joint angle in the requested turn, or the nearest to `seed` within the limits.
   static double turned(const JointModel& joint, double q, double seed);
-  /// The configuration for a pose: of the branch and turns that a ROBTARGET names, else the
-  /// nearest.
-  /// The joints of its rail stay as the seed has them.
+  /// The configuration for a pose: with the branch and turns of a ROBTARGET, else the nearest. The
+  /// joints of its rail keep the values of the seed.
   Result<std::vector<double>> configuration(std::size_t who, const TaskExecutor::Grip& tip,
                                             const Pose& base_T_target,
                                             const std::vector<double>& all, const Target* target);
 
   Result<void> grip(std::size_t at, bool takes);
 
-  /// Poses as base_T_tool, and their joint values where they are given so.
+  /// Poses as base_T_tool, and their joint values if these are given.
   struct Goal {
     bool is_joints = false;
     std::vector<double> q;
@@ -200,127 +200,127 @@ class ProgramCell final : public program::World {
     std::vector<double> to;
     sim::RobotMotion motion;
   };
-  /// Who moves, with which tool, in which frame, and from when on.
+  /// Start of a motion: its robot, tool, frame and time.
   struct Beginning {
     const ProgramActor::RobotUse* use = nullptr;
-    const ProgramActor::OpenMotion* before = nullptr;  ///< that this one may run into
+    const ProgramActor::OpenMotion* before = nullptr;  ///< motion into which this one may blend
     double start = 0;
     TaskExecutor::Grip tip;
     Pose frame;
     // Of additional axes, and of ADAX_CONTROL:
     std::vector<double> rail_to;        ///< values of the joints before the chain at its end
-    std::optional<std::size_t> device;  ///< the positioner that the path is seen from
-    std::vector<double> device_from, device_to;  ///< its joint values at the start, and the end
+    std::optional<std::size_t> device;  ///< the positioner to which the path is relative
+    std::vector<double> device_from, device_to;  ///< its joint values at the start and the end
     TaskExecutor::Grip device_tip;
     Pose reference_from, reference_to;  ///< base_T_reference, at the motion's start and end
-    std::vector<Along> along;           ///< other robots and mechanisms, and where they go
-    std::vector<std::pair<std::size_t, bool>> grips;  ///< at its end
-    std::vector<double> additional;                   ///< as they are then
+    std::vector<Along> along;           ///< other robots and mechanisms, and their targets
+    std::vector<std::pair<std::size_t, bool>> grips;  ///< actions at its end
+    std::vector<double> additional;                   ///< current values
     bool reference_is_carriage = false;
     [[nodiscard]] bool is_tied() const { return !rail_to.empty() || device.has_value(); }
   };
   Result<Goal> goal(const program::Motion& m, const Target& t, const Beginning& b,
                     const Goal& before);
 
-  /// DEVICE: 1 is the robot itself, others are of the robot's R_DEVICES, where it has them.
+  /// DEVICE: 1 is the robot itself, others are from the robot's R_DEVICES, if it has them.
   Result<const ProgramActor::RobotUse*> device_of(const MotionAttributes& at);
-  /// Whether nothing moves a robot but the brakes, of what the program has ended itself.
+  /// True if a robot moves only by braking, from motions that the program has aborted itself.
   [[nodiscard]] bool is_braked(std::size_t who) const;
   Result<Beginning> beginning(const program::Motion& m);
-  /// What the path of a motion is in: ADAX_CONTROL.
+  /// The reference of a motion's path: ADAX_CONTROL.
   Result<void> tie(const program::Motion& m, Beginning& out);
 
   Result<void> begin(const program::Motion& m);
   Result<void> begin(const program::Motion& m, const Beginning& b);
 
-  // ---- PTP under TIME with C_PASS: targets that are passed without a stop ----
+  // ---- PTP under TIME with C_PASS: targets passed without a stop ----
   /// All joints by cubics, with values [rad or m] and rates at both ends.
   static sim::RobotMotion cubics(std::span<const double> from, std::span<const double> from_rate,
                                  std::span<const double> to, std::span<const double> to_rate,
                                  double duration);
-  /// Whether the robot is still to come to, or on, a motion that ends as what follows lets it.
+  /// True if the robot is before, or in, a motion with an end that depends on its successor.
   [[nodiscard]] bool can_pass(const ProgramActor::OpenMotion& open) const;
-  /// Lets a motion pass its target on the way to the next one; with which rates it does.
+  /// Makes a motion pass its target towards the next one; returns the rates there.
   Result<std::vector<double>> pass(ProgramActor::OpenMotion& open, const std::vector<double>& next,
                                    double next_time);
-  /// Nothing follows that a motion could pass on to. From rest it then goes as without C_PASS.
+  /// Called if no motion follows to pass on to. A motion from rest then runs as without C_PASS.
   Result<void> stops(ProgramActor::OpenMotion& open);
-  /// Of a motion from `from` that ends with `rate` (none = rest). What its targets ask for, before
-  /// it and behind it by `bend` [rad/s^2 or m/s^2], is an error where a joint has not as much; what
-  /// only its cubic has more than that is a note.
+  /// Checks a motion from `from` that ends with `rate` (none = rest). If its targets require more
+  /// than a joint's limits (before it, and after it by `bend` [rad/s^2 or m/s^2]), that is an
+  /// error; an excess that only its cubic causes is a note.
   Result<void> keeps_limits(const ProgramActor::OpenMotion& open, std::span<const double> from,
                             const std::vector<double>& rate, double time,
                             const std::vector<double>* bend);
   [[nodiscard]] std::string place_of(const rmp_span& s) const;
 
-  /// A motion under TIME has no speed of its own: the joints bound it.
+  /// Checks a motion under TIME, which has no speed attribute: the joints bound it.
   Result<void> keeps_speeds(std::size_t who, const sim::RobotMotion& m, double time);
 
   void tell_unheeded(const MotionAttributes& at);
 
-  /// The targets of a motion; with `solves` each has joint values.
-  /// Poses are those in the robot's base at the motion's end.
+  /// The targets of a motion; with `solves` each has joint values. Poses are in the robot's base at
+  /// the motion's end.
   Result<std::vector<Goal>> goals_of(const program::Motion& m, const Beginning& b, const Goal& from,
                                      bool solves);
 
-  /// The segments of a motion; of PTP also the joint values at its end.
+  /// The segments of a motion; for PTP also the joint values at its end.
   Result<void> drive(const program::Motion& m, const Beginning& b, const Goal& begins,
                      TaskExecutor::Drive& d, std::vector<double>* end = nullptr);
 
-  /// Lets the motion begin where the one before may be left. False = it is not possible.
+  /// Starts the motion where the previous one may be left. False = impossible.
   template <class Plan>
   Result<bool> blend(std::uint64_t number, const ProgramActor::OpenMotion& before, std::size_t who,
                      ProgramActor::OpenMotion& open, Plan&& plan);
 
-  /// Velocity of a tool of a robot that moves so [m/s].
+  /// Velocity of a robot's tool during a motion [m/s].
   Vec3 tip_velocity(std::size_t who, const TaskExecutor::Grip& tip,
                     const TaskExecutor::Actor& moved, double t) const;
-  /// The longest time that `next` may begin before the end of `before`, at most `overlap`, so that
-  /// the tool crosses with no more than C_SPEED % of the speed [s].
+  /// The longest time by which `next` may begin before the end of `before`, at most `overlap`, so
+  /// that the tool's speed in the transition is at most C_SPEED % of the speed [s].
   double slow_crossing(const ProgramActor::OpenMotion& before, std::size_t who,
                        const sim::RobotMotion& next, double overlap);
 
-  /// Greatest rates while one motion goes over into the next.
+  /// Greatest rates during a transition between motions.
   struct Crossing {
     double speed = 0, turning = 0, acceleration = 0;  ///< of the tool [m/s, rad/s, m/s^2]
     double acceleration_after = 0;                    ///< since the transition began [s]
-    double joint_share = 0;                           ///< of the joints' greatest speeds
+    double joint_share = 0;                           ///< fraction of the joints' greatest speeds
   };
-  /// Of `next` that begins `overlap` before the end of what the robot does; 0 = of `next` alone.
+  /// Of `next` that begins `overlap` before the end of the robot's motions; 0 = of `next` alone.
   Crossing crossing(const TaskExecutor::Grip& tip, std::size_t who, const sim::RobotMotion& next,
                     double overlap) const;
-  /// The longest time that `next` may begin before the end of `before`, at most `overlap`, so that
-  /// tool and joints are nowhere faster than the faster of the two motions may be [s].
+  /// The longest time by which `next` may begin before the end of `before`, at most `overlap`, so
+  /// that tool and joints never exceed the faster of the two motions' speeds [s].
   double kept_crossing(const ProgramActor::OpenMotion& before, const ProgramActor::OpenMotion& open,
                        std::size_t who, const sim::RobotMotion& next, double overlap) const;
-  /// A note where a transition that was made passes the accelerations of its motions.
+  /// Adds a note if a transition exceeds the accelerations of its motions.
   void tell_acceleration(const ProgramActor::OpenMotion& before,
                          const ProgramActor::OpenMotion& open, const Crossing& made, double start);
 
   Result<sim::RobotMotion> move_along(const Along& one, double duration, double start);
-  /// What additional joints do: grips at the motion's end, and joints that go along.
+  /// Effects of additional joints: grips at the motion's end, and companion joints.
   Result<void> additional(const program::Motion& m, Beginning& b);
 
-  // ---- motions whose path is in what additional axes move ----
-  /// What moves as `s` in a frame that moves as `frame`.
+  // ---- motions with a path relative to what additional axes move ----
+  /// The motion `s` in a frame with the motion `frame`.
   static PathSample carried(const PathSample& frame, const PathSample& s);
-  /// A joint's frame, and what stands in it, of a robot whose joints go from one vector to another
-  /// by `share`, with its derivatives by the time.
+  /// A joint's frame with a pose in it, for a robot with joints that move from one vector to
+  /// another by `share`, with its time derivatives.
   static PathSample moving(const RobotModel& model, std::int32_t joint, const Pose& joint_T_at,
                            std::span<const double> from, std::span<const double> to,
                            const spatial::Jet& share);
-  /// How long axes need from one vector to another by spatial::ease, within their limits [s].
+  /// Least time of axes from one vector to another by spatial::ease, within their limits [s].
   static double least_time(const RobotModel& model, std::span<const double> from,
                            std::span<const double> to);
-  /// Begins a path of a tool together with its additional axes; how long it takes [s].
+  /// Begins a path of a tool together with its additional axes; returns its duration [s].
   Result<double> begin_tied(const Beginning& b, const std::vector<double>& q0,
                             const TaskExecutor::Drive& d, double start, double time);
 
   // ---- checks ----
-  /// Begins a motion and tells of it. One that fails is no end: the robot is put to its end where
-  /// that is reached.
+  /// Begins a motion and records it. A failed motion does not end the run: the robot is placed at
+  /// its end if that is reachable.
   Result<void> inspect(const program::Motion& asked);
-  /// Where along a path the robot cannot follow, and by how much.
+  /// Finds where along a path the robot cannot follow, and by how much.
   Result<void> look_along(const program::Motion& m, const Beginning& b, const Goal& from,
                           InspectedMotion& out);
   static ProgramActor::OpenMotion ended_at(std::size_t who, double end);

@@ -53,58 +53,59 @@ struct ApplicationOptions {
   std::vector<std::filesystem::path> plugin_path;  ///< searched first
   std::vector<std::filesystem::path> library;  ///< empty = <executable>/../share/robomosp/library
   bool cache = true;
-  /// Where computed geometry is kept from run to run (FileCache::user_folder()); empty = nowhere.
+  /// Folder for computed geometry kept between runs (FileCache::user_folder()); empty = none.
   std::filesystem::path kept_geometry{};
   std::uint64_t kept_geometry_limit = std::uint64_t{512} << 20;  ///< [bytes]
-  bool plugins = true;  ///< false: none is loaded, not even those of the program
-  /// Where unsaved work is written to, and looked for; empty = not at all.
+  bool plugins = true;  ///< false: no plugins are loaded, not even shipped ones
+  /// Folder for journals of unsaved work, written and searched; empty = none.
   std::filesystem::path recovery{};
   std::chrono::milliseconds recovery_interval{1000};
-  std::string recovery_program = "robomosp";  ///< what the journal says that it is of
+  std::string recovery_program = "robomosp";  ///< program name in the journal
 };
 
-/// Its parts guard themselves; the document by the application lock. Each session dispatches on a
-/// thread of its own. [any thread] unless marked
+/// The parts synchronise themselves; the document by the application lock. Each session dispatches
+/// on its own thread. [any thread] unless marked
 class Application {
  public:
   /// Starts all components; plugins of the search path are loaded (refusals become messages).
   static Result<std::unique_ptr<Application>> create(ApplicationOptions = {});
   ~Application();
 
-  /// Looks up, checks permission and schema, runs, commits one undo step, keeps the audit line.
-  /// Nothing throws out of it; on an error the document is as before. A short command that others
-  /// overtook is run again, a long one refused with what they changed. [the session's thread]
+  /// Looks the command up, checks permission and schema, runs it, commits one undo step, and writes
+  /// the audit line. Never throws; on an error the document is unchanged. If the commit is
+  /// overtaken by other sessions, a short command is run again, and a long one is refused with the
+  /// conflicting changes. [the session's thread]
   Result<Value> dispatch(Session&, std::string_view name, const Map& args);
   Result<Value> dispatch(Session&, const CommandSpec&, const Map& args);
-  /// Checks the arguments and goes on in a job, on the records as they are now; gives the handle of
-  /// the job, whose result is the command's. [the session's thread]
+  /// Checks the arguments and runs the command in a job, on the records as they are now; returns
+  /// the handle of the job, which has the command's result. [the session's thread]
   Result<Handle> dispatch_async(Session&, std::string_view name, Map args);
   Result<Handle> dispatch_async_positional(Session&, std::string_view name,
                                            std::span<const Value> args);
   /// The same for positional arguments, in the order of the schema.
   Result<Value> dispatch_positional(Session&, std::string_view name, std::span<const Value> args);
-  /// The same on another thread than the session's, which one job at a time may do.
+  /// The same on a thread other than the session's; one job at a time may call it.
   Result<Value> dispatch_beside(Session&, std::string_view name, const Map& args, Progress&);
   /// A classic line: `PRobot pa10 mGetDHP`, `World cell WorldInvKineSim pa10 circle`.
   Result<Value> dispatch_classic(Session&, std::string_view line);
 
-  /// A command as an update of a gesture that is open: what it edits is published as a preview and
-  /// enters the history only with document.commit_gesture(). Of a command that edits nothing, the
-  /// same as dispatch().
+  /// Runs a command as an update of an open gesture: its edits are published as a preview and enter
+  /// the history only with document.commit_gesture(). For a command without edits, the same as
+  /// dispatch().
   Result<Value> update_gesture(Session&, std::uint64_t gesture, std::string_view name,
                                const Map& args);
-  /// A command on a draft of the session: it sees the draft's records, and what it edits stays
-  /// there until draft.accept. Refused of commands whose effects discarding the draft would not
-  /// take back.
+  /// Runs a command on a draft of the session: it sees the draft's records, and its edits stay
+  /// there until draft.accept. Refuses commands with effects that discarding the draft would not
+  /// revert.
   Result<Value> dispatch_on_draft(Session&, std::uint64_t draft, std::string_view name,
                                   const Map& args);
-  /// dispatch_async() whose edits join a gesture or a draft of the session; not both. It works on
-  /// the records of that, as they are now.
+  /// dispatch_async() with edits that join a gesture or a draft of the session; not both. It works
+  /// on the records of that, as they are now.
   struct Joined {
     std::uint64_t gesture = 0, draft = 0;  ///< numbers; 0 = none
   };
   Result<Handle> dispatch_async(Session&, std::string_view name, Map args, Joined joined);
-  /// Who the document says that a session is; gives the session its number.
+  /// The author that the document records for a session; gives the session its number.
   [[nodiscard]] document::Author author(Session&);
   struct SessionInfo {
     std::uint64_t number = 0;
@@ -115,17 +116,17 @@ class Application {
   /// Ends the subscription with the session.
   void keep_subscription(Session&, std::uint64_t token);
   [[nodiscard]] bool has_subscription(Session&, std::uint64_t token);
-  /// Those that have run a command, in the order of their numbers; of closed ones the last 1,000 at
-  /// least.
+  /// Sessions that have run a command, in the order of their numbers; at least the last 1,000
+  /// closed ones.
   [[nodiscard]] std::vector<SessionInfo> sessions() const;
-  /// The records that leaving the program would lose: those that differ from their files, or have
-  /// none. Empty while nothing was edited. [the session's thread]
+  /// Records that would be lost on exit: they differ from their files, or have none. Empty while
+  /// nothing was edited. [the session's thread]
   [[nodiscard]] std::vector<AnyId> unsaved() const;
-  /// Keeps the journal for the next start, which offers it. Of those of the same `recovery_program`
-  /// the newest `most` stay; 0 = all. [the session's thread, before this ends]
+  /// Keeps the journal for the next start, which offers it. The newest `most` journals of the same
+  /// `recovery_program` are kept; 0 = all. [the session's thread, before this ends]
   Result<void> keep_unsaved(std::size_t most);
-  /// A folder for Session::confine(). What comes with the program may be read besides: the library,
-  /// modules in Lua. ErrorCode::not_found, ErrorCode::io.
+  /// A folder for Session::confine(). Shipped files may be read as well: the library, Lua modules.
+  /// ErrorCode::not_found, ErrorCode::io.
   [[nodiscard]] Result<FileRoot> file_root(const std::filesystem::path& folder) const;
 
   /// Groups all edits of `body` into one undo step; an error of body rolls back.
@@ -134,16 +135,16 @@ class Application {
   /// Handle or name -> handle; `kinds` as in "ref:robot" without the prefix, "solid|object".
   [[nodiscard]] Result<Handle> resolve(const document::Snapshot&, std::string_view kinds,
                                        const Value&) const;
-  /// A handle's record id, checked to exist; stale_handle otherwise.
+  /// A handle's record id, if it exists; stale_handle otherwise.
   [[nodiscard]] static Result<AnyId> record_id(const document::Snapshot&, const Handle&);
   [[nodiscard]] static Handle handle(AnyId);
-  /// `robot:pa10#17`, `recording#3`; with what a group of edits of the session has changed.
+  /// `robot:pa10#17`, `recording#3`; includes changes of the session's open group of edits.
   [[nodiscard]] std::string describe(const Handle&, const Session* = nullptr) const;
   /// The name methods are called by; nullopt when stale.
   [[nodiscard]] std::optional<std::string> name_of(const Handle&, const Session* = nullptr) const;
 
-  /// What an outer module keeps with the program, one of each type: made at the first call, gone
-  /// before all else.
+  /// An object that an outer module keeps with the application, one of each type: created by the
+  /// first call, destroyed before everything else.
   template <class T>
   [[nodiscard]] T& kept() {
     const std::lock_guard guard(kept_mutex_);
@@ -189,7 +190,7 @@ class Application {
   friend class CommandContext;
   class Call;
   class Told;
-  /// What the edits of a command go to in place of the document.
+  /// Where the edits of a command go instead of the document.
   struct Place {
     std::uint64_t gesture = 0, number = 0;  ///< of the gesture, and of the draft
     std::shared_ptr<document::Draft> draft = {};
@@ -204,11 +205,11 @@ class Application {
   Result<Value> dispatch_within(CommandContext&, std::string_view name, const Map& args);
   Result<Handle> run_async(Session&, const CommandSpec&, Map args, Place place);
   [[nodiscard]] Result<void> own_gesture(Session&, std::uint64_t gesture);
-  /// Publishes that a session was opened, and when the returned pointer is released, that it was
+  /// Publishes that a session was opened, and on release of the returned pointer, that it was
   /// closed.
   [[nodiscard]] std::shared_ptr<const int> told_end(const Session&, std::uint64_t number);
   [[nodiscard]] std::optional<std::string> name_in(const document::Snapshot&, const Handle&) const;
-  /// Cancels gestures whose sessions are gone.
+  /// Cancels gestures of sessions that no longer exist.
   void end_orphaned_gestures();
   struct KnownSession {
     SessionInfo info;

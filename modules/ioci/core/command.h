@@ -40,17 +40,17 @@ class Application;
 class Drafts;
 class RecordingWatchers;
 
-/// What sits at the other end of a session.
+/// The kind of client of a session.
 enum class SessionKind : std::uint8_t { console, script, connection, window };
 [[nodiscard]] std::string_view to_string(SessionKind);
 
-/// One user of the program: the console, a script, an rpc peer, a window. Each has its own line of
-/// undo. Belongs to one thread, which dispatches for it; its jobs run on others.
+/// One user of the program: the console, a script, an rpc peer, a window. Each has a separate undo
+/// history. Belongs to one thread, which dispatches for it; its jobs run on others.
 class Session {
  public:
   explicit Session(std::string name, SessionKind kind = SessionKind::script)
       : name_(std::move(name)), kind_(kind) {}
-  ~Session();  ///< cancels the jobs that it started and waits for their end
+  ~Session();  ///< cancels the jobs that it started and waits for them
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -60,21 +60,22 @@ class Session {
   [[nodiscard]] bool may(Effect e) const { return !denied_.has(e); }
   [[nodiscard]] Effects denied() const { return denied_; }
   void deny(Effects e) { denied_ = denied_ | e; }
-  /// Lets it run a command whatever its effects are.
+  /// Allows a command regardless of its effects.
   void grant(std::string command) { granted_.push_back(std::move(command)); }
-  /// What is denied while a command runs.
+  /// Effects denied while a command runs.
   [[nodiscard]] Effects denied_to(std::string_view command) const {
     return is_granted(command) ? Effects() : denied_;
   }
   [[nodiscard]] bool is_granted(std::string_view command) const {
     return std::find(granted_.begin(), granted_.end(), command) != granted_.end();
   }
-  /// From now on its files are those in the folder, and relative names are relative to it. Made by
-  /// Application::file_root(), so that the library may be read. Loads no machine code any more.
+  /// Confines the session to files in the folder, with relative names relative to it. The root is
+  /// made by Application::file_root(), so that the library may be read. The session may no longer
+  /// load machine code.
   void confine(FileRoot root);
   /// The folder; null = files are not confined.
   [[nodiscard]] const std::shared_ptr<const FileRoot>& files() const { return files_; }
-  /// Takes the rights of another session of the same user.
+  /// Copies the rights of another session of the same user.
   void limit_as(const Session& other) {
     denied_ = other.denied_;
     granted_ = other.granted_;
@@ -103,19 +104,19 @@ class Session {
   std::atomic<bool> interrupted_{false};
   std::weak_ptr<Jobs> jobs_;        ///< of the application, once it started one
   std::vector<std::uint64_t> own_;  ///< ids of those that it started
-  std::uint64_t gesture_ = 0;       ///< that the command which runs now updates
-  bool told_gesture_ = false;       ///< that the argument `gesture` is from before
+  std::uint64_t gesture_ = 0;       ///< updated by the running command
+  bool told_gesture_ = false;       ///< already warned that the argument `gesture` is outdated
   /// Open while a transaction group or an editing command runs; what they dispatch joins it.
   document::Transaction* transaction_ = nullptr;
 };
 
-/// Thrown by a command whose argument is gone.
+/// Thrown by a command if the object of an argument was deleted.
 struct StaleHandle {
   Handle handle;
 };
 
-/// What a running command may use. Lives for one dispatch. A command runs without the application
-/// lock, on the records as they were when it began; what it edits is published when it ends.
+/// Context of a running command. Lives for one dispatch. A command runs without the application
+/// lock, on the records as they were when it began; its edits are published when it ends.
 class CommandContext {
  public:
   CommandContext(Application& app, Session& session, Progress& progress);
@@ -128,22 +129,22 @@ class CommandContext {
   Expressions expressions;
   /// The records as this command must see them (an open transaction's, else the document's).
   [[nodiscard]] const document::Snapshot& snapshot() const;
-  /// The transaction of this command; dispatch commits it. Only for commands whose effects have
-  /// Effect::edits; its edits are refused while the session is denied that.
+  /// The transaction of this command; dispatch commits it. Only for commands declared with
+  /// Effect::edits; its edits are refused while the session is denied that effect.
   [[nodiscard]] document::Transaction& edit();
-  /// What this command began with: the document's records then, without those of an open group.
+  /// The document's records when the command began, without those of an open group.
   [[nodiscard]] const document::SnapshotPtr& base() const { return base_; }
-  /// Whether it joins a group of edits that is not published yet, or runs on a draft.
+  /// True if it joins an unpublished group of edits, or runs on a draft.
   [[nodiscard]] bool is_in_group() const { return transaction_ != nullptr || draft_; }
   /// Runs another command as a part of this one: it joins the transaction and shows its progress
   /// here.
   [[nodiscard]] Result<Value> dispatch(std::string_view name, const Map& args);
-  /// Handle or name -> handle, as Application::resolve() on the records that this command sees. For
-  /// a command that edits, a name that only the library has is loaded from there, as
-  /// <kind>.get does: no step of the history.
+  /// Handle or name -> handle, as Application::resolve() on the records that this command sees. If
+  /// the command edits, a name found only in the library is loaded from there, as <kind>.get does,
+  /// without a step of the history.
   [[nodiscard]] Result<Handle> resolve(std::string_view kinds, const Value&) const;
-  /// A recording that an argument names; throws StaleHandle, which dispatch turns into its error,
-  /// when somebody has removed it since the arguments were read.
+  /// The recording named by an argument; throws StaleHandle, which dispatch converts to its error,
+  /// if it was removed since the arguments were read.
   [[nodiscard]] recording::RecordingPtr recording(const Handle&) const;
   /// What a handle is called, as this command must see it; nullopt when it is stale.
   [[nodiscard]] std::optional<std::string> name_of(const Handle&) const;
@@ -167,7 +168,7 @@ class CommandContext {
   std::uint64_t gesture_ = 0;  ///< that a job joins
 };
 
-/// What comes back. For a map, `fields` gives the units that front ends print.
+/// The result. For a map, `fields` gives the units that front ends print.
 struct ReturnSpec {
   std::string type = "nil";  ///< as ParamSpec::type, or "handle", "array"
   std::string unit;
@@ -176,7 +177,7 @@ struct ReturnSpec {
       fields;  ///< name, type, unit, doc of a map's (or of each list entry's) fields
 };
 
-/// What hooks of modules are called around (robomosp/sdk/module.h).
+/// Kinds of runs that call hooks of modules (robomosp/sdk/module.h).
 enum class RunKind : std::uint8_t { none, simulation, task };
 
 struct CommandSpec {
@@ -187,9 +188,9 @@ struct CommandSpec {
   std::string example;  ///< Lua, executed by tests in a fresh session
   Schema params;        ///< a first parameter "id" of type ref:<kind> makes it a method
   ReturnSpec returns;
-  /// What it always does; refused up front to a session that is denied any of it.
+  /// Effects it always has; refused at once to a session that is denied any of them.
   Effects effect = Effect::reads;
-  /// What it does with some arguments only; refused where it gets there.
+  /// Effects it has with some arguments only; refused when they occur.
   Effects sometimes = {};
   Result<Value> (*run)(CommandContext&, const Map& args) = nullptr;
   /// For commands that work on the history itself or dispatch others: no transaction is opened.
@@ -207,8 +208,8 @@ struct CommandSpec {
 /// "" or what is wrong with an entry of the table: "no example".
 [[nodiscard]] std::string fault_of(const CommandSpec&);
 
-/// All commands: those of the program's files (CommandFile), and what modules of plugins add. What
-/// it gives stays where it is. [any thread]
+/// All commands: those of the program's files (CommandFile), and those added by modules of plugins.
+/// Returned pointers stay valid. [any thread]
 class CommandTable {
  public:
   void add(std::vector<CommandSpec> specs);  ///< aborts on a malformed or duplicate entry
@@ -229,9 +230,9 @@ class CommandTable {
   [[nodiscard]] Error unknown_classic(std::string_view noun, std::string_view option) const;
 
  private:
-  /// Commands of a topic ("" = of all) that a word which is no command stands for: by a word of
-  /// their names (`ik` is in solve_ik), else by what people call them (`fkine`). The best first; at
-  /// most three that are equally good. With mutex_ held.
+  /// Candidates for an unknown command, from a topic ("" = from all): commands with this word in
+  /// their names (`ik` is in solve_ik), else by common synonyms (`fkine`). The best first; at most
+  /// three of equal rank. With mutex_ held.
   [[nodiscard]] std::vector<std::string> meant(std::string_view topic, std::string_view verb) const;
   mutable std::shared_mutex mutex_;
   // Guarded by mutex_:
@@ -241,8 +242,8 @@ class CommandTable {
   std::atomic<std::uint64_t> revision_{0};
 };
 
-/// Registers the commands of one source file, when the program starts: RMP_COMMANDS makes one.
-/// Every table that register_commands() fills has them.
+/// Registers the commands of one source file at program start; defined by RMP_COMMANDS. Every table
+/// filled by register_commands() has them.
 class CommandFile {
  public:
   using Make = std::vector<CommandSpec> (*)();
@@ -264,8 +265,8 @@ Result<void> write_reference(const CommandTable&, const std::filesystem::path& f
 
 }  // namespace robomosp::ioci
 
-/// Begins the function that makes the commands of a file: RMP_COMMANDS(weather_commands) { ... }.
-/// Nothing else names it.
+/// Begins the function that returns the commands of a file: RMP_COMMANDS(weather_commands) { ... }.
+/// No other code names it.
 #define RMP_COMMANDS(name)                                                   \
   static std::vector<::robomosp::ioci::CommandSpec> name();                  \
   static const ::robomosp::ioci::CommandFile name##_file(__FILE__, &(name)); \

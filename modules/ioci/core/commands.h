@@ -108,11 +108,11 @@ inline constexpr std::string_view kPlacementFields[] = {
 [[nodiscard]] Result<std::shared_ptr<const RobotModel>> model_of(CommandContext& ctx,
                                                                  const Map& args,
                                                                  std::string_view name = "id");
-/// The parameters `objective` and `influence` of what moves redundant robots; `more` says whose
-/// obstacles count. And the objective that was given.
+/// The parameters `objective` and `influence` of commands that move redundant robots; `more`
+/// describes the obstacles that count. Then the objective given.
 [[nodiscard]] std::vector<ParamSpec> objective_fields(const std::string& more);
 [[nodiscard]] IkObjective objective_of(const Map& args);
-/// Index of the part of that name; the error lists the names there are.
+/// Index of the part of that name; the error lists the existing names.
 [[nodiscard]] Result<std::size_t> find_part(const model::Object& o, std::string_view name);
 /// Index of a link given by number (1 = first) or name; "base" or 0 is -1 where allowed.
 [[nodiscard]] Result<std::int32_t> read_link(const model::Robot& r, const Value& value,
@@ -133,14 +133,14 @@ inline constexpr std::string_view kPlacementFields[] = {
 [[nodiscard]] Result<Colour> read_colour(const Value& v, std::string_view path);
 /// Everything a record holds as nested maps; what `describe` returns.
 [[nodiscard]] Map describe_record(const document::Snapshot& s, AnyId id);
-/// Fields of what a body weighs, and their values.
+/// Fields for the mass of a body, and their values.
 [[nodiscard]] std::vector<ParamSpec> body_mass_fields();
 [[nodiscard]] Map body_mass_map(const evaluation::BodyMass& b, const Pose& about = {});
 /// The argument `about` of the mass commands, and the frame that was given.
 [[nodiscard]] ParamSpec about_field();
 [[nodiscard]] Pose about_of(const Map& args);
-/// Tells the user (code "no_mass") when no moving link of a robot has a mass; `outcome` as in
-/// `, so its torques are zero`.
+/// Warns the user (code "no_mass") if no moving link of a robot has a mass; `outcome` as in `, so
+/// its torques are zero`.
 void report_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
                     std::string_view outcome);
 /// Pose as 4x4 matrix with position, roll-pitch-yaw and quaternion.
@@ -150,7 +150,7 @@ void report_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
 
 /// The folders of the library, canonical.
 [[nodiscard]] std::vector<std::filesystem::path> library_folders(const Application& app);
-/// Whether a file, canonical as that of a record, is in one of these folders or below.
+/// True if a file, with a canonical path, is in one of these folders or below.
 [[nodiscard]] bool is_within(std::span<const std::filesystem::path> folders,
                              const std::filesystem::path& file);
 /// "materials", "parts", ... below a library folder.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of what a list holds, counted from 0 or from 1 (layer: application, ioci only).
+// List indices counted from 0 or from 1 (layer: application, ioci only).
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace robomosp::ioci {
 
-/// The argument `first` of what counts: the number of the first one, 0, or 1 as in lines of the
-/// program of 2006.
+/// The argument `first` of commands with indices: the number of the first element, 0, or 1 as in
+/// lines of the program of 2006.
 [[nodiscard]] inline ParamSpec first_field() {
   return between(defaulted("first", "int", "", 0, "Number of the first one: 0 or 1."), 0, 1);
 }
 
-/// The place in a list of `count` that the argument `index` names; an error tells the numbers.
-/// `what` is "robot".
+/// Zero-based position, in a list of `count`, of the argument `index`; an error gives the valid
+/// numbers. `what` is "robot".
 [[nodiscard]] inline Result<std::size_t> counted(const Map& args, std::size_t count,
                                                  const std::string& what) {
   const std::int64_t first = integer(args, "first"), i = integer(args, "index");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drafts of sessions: edits that nobody else sees until they are accepted as one step
-// (layer: application).
+// Drafts of sessions: edits invisible to other sessions until they are accepted as one step (layer:
+// application).
 #pragma once
 
 #include <cstdint>
@@ -36,27 +36,28 @@ class Drafts {
   [[nodiscard]] Result<std::shared_ptr<document::Draft>> own(Session&, std::uint64_t number);
   /// Publishes it as one step, document::Draft::accept(). Refused while a job works on it.
   Result<document::Commit> accept(Session&, std::uint64_t number, const Progress&);
-  /// Cancels the jobs that work on it, without waiting for their end, and forgets it.
+  /// Cancels the jobs that work on it, without waiting for them, and drops it.
   Result<void> discard(Session&, std::uint64_t number);
-  /// All that are open, of all sessions, by number.
+  /// All open drafts, of all sessions, by number.
   [[nodiscard]] std::vector<Entry> list();
   /// Jobs that work on a draft or wait to.
   [[nodiscard]] std::vector<std::uint64_t> jobs_of(std::uint64_t number) const;
-  /// Tells subscribers what a commit on a draft changed.
+  /// Publishes the changes of a commit on a draft to subscribers.
   void tell_edited(std::uint64_t number, const document::Draft&, const document::Commit&);
 
  private:
   void tell(const char* what, std::uint64_t number, const document::Draft&,
             const std::vector<AnyId>& changed);
-  /// Discards those whose sessions have ended. With mutex_ held; the caller reports what it returns
-  /// without.
+  /// Discards the drafts of sessions that have ended. With mutex_ held; the caller reports the
+  /// returned drafts after releasing it.
   [[nodiscard]] std::vector<Entry> end_orphans();
   void tell_discarded(const std::vector<Entry>& ended);
   Application& app_;
   std::mutex mutex_;
   std::map<std::uint64_t, Entry> drafts_;  // guarded by mutex_; by number
   std::uint64_t next_ = 1;                 // guarded by mutex_
-  std::size_t most_ = 16;                  // guarded by mutex_; then orphans are looked for
+  std::size_t most_ = 16;                  // guarded by mutex_; number of drafts above which
+                                           // orphans are searched
 };
 
 }  // namespace robomosp::ioci

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events: what happened, for whoever wants to know: changes of the document, messages, jobs, runs
-// and recordings, executed commands, and what else a window shows, all through one interface
-// (layer: application).
+// Events: changes of the document, messages, jobs, runs and recordings, executed commands, and
+// other state that a window shows, through one interface (layer: application).
 #pragma once
 
 #include <atomic>
@@ -34,11 +33,11 @@ enum class Topic : std::uint8_t {
   run,
   recording,
   command,   ///< a command ended
-  provider,  ///< providers were registered or withdrawn, or others are the default
+  provider,  ///< providers were registered or withdrawn, or a default changed
   session,   ///< a session was opened or closed
-  unsaved,   ///< the records that are not saved are others
+  unsaved,   ///< the set of unsaved records changed
   setting,   ///< a setting of the program was changed
-  memory,    ///< the memory of the machine gets short, or is there again
+  memory,    ///< memory of the machine became short, or sufficient again
   draft      ///< a draft was opened, edited, accepted or discarded
 };
 inline constexpr Topic kAllTopics[] = {Topic::change,   Topic::message,   Topic::job,
@@ -50,10 +49,10 @@ inline constexpr Topic kAllTopics[] = {Topic::change,   Topic::message,   Topic:
   return std::uint32_t{1} << static_cast<unsigned>(t);
 }
 
-/// A change of the document: one commit, or several in a row when the subscriber was slow.
+/// A change of the document: one commit, or several merged for a slow subscriber.
 struct Change {
   std::uint64_t first_revision = 0, revision = 0;          ///< equal for one commit
-  std::size_t commits = 1;                                 ///< how many it was made of
+  std::size_t commits = 1;                                 ///< number of merged commits
   std::string label;                                       ///< of the last one
   document::Author author;                                 ///< of the last one
   document::CommitKind kind = document::CommitKind::edit;  ///< of the last one
@@ -62,27 +61,27 @@ struct Change {
 
 struct RunState {
   std::uint64_t run = 0;
-  Map state;              ///< as run.state gives it
-  bool is_pulse = false;  ///< one of many while it plays: it takes the place of one that waits
+  Map state;              ///< as returned by run.state
+  bool is_pulse = false;  ///< one of many during playback: it replaces a waiting one
 };
 
-/// A command that a session called, at its end. What commands dispatch within is part of them.
+/// A command called by a session, reported at its end. Nested commands are part of it.
 struct CommandRun {
   std::string command;
   std::string line;              ///< as Lua that runs, without secrets (secrets.h)
-  bool is_whole = true;          ///< `line` has all that was given; else it cannot be run
+  bool is_whole = true;          ///< `line` has all arguments; else it cannot be run
   document::Author author;       ///< the session that called it
   double seconds = 0;            ///< that it took
-  bool only_reads = false;       ///< by the table of commands
-  std::optional<Error> failure;  ///< none = it ended well
-  std::uint64_t job = 0, gesture = 0, draft = 0;  ///< that it was a part of; 0 = of none
+  bool only_reads = false;       ///< according to the command table
+  std::optional<Error> failure;  ///< empty = success
+  std::uint64_t job = 0, gesture = 0, draft = 0;  ///< that it was part of; 0 = none
 };
 
-/// What happened to something that is no record, as front ends see it.
+/// A change of an object other than a record, as front ends see it.
 struct Notice {
   std::string what;  ///< "registered", "closed"
   Map facts;
-  /// A state: it takes the place of a notice of its topic that waits and is one.
+  /// A state: it replaces a waiting state notice of its topic.
   bool is_state = false;
 };
 
@@ -93,56 +92,56 @@ struct Event {
   std::shared_ptr<const JobStatus> job;
   std::shared_ptr<const RunState> run;
   std::shared_ptr<const recording::RecordingChange> recording;
-  /// Messages, commands and notices that were left out before this event, because too many waited.
+  /// Number of messages, commands and notices dropped before this event because too many waited.
   std::size_t left_out = 0;
   std::shared_ptr<const CommandRun> command = {};
   std::shared_ptr<const Notice> notice = {};  ///< of all further topics
 };
 
-/// How often states of a run that plays are published, when nothing is said and at most [1/s].
+/// Rate of states published for a playing run: default and maximum [1/s].
 inline constexpr double kUsualRate = 60, kHighestRate = 1000;
 
-/// What a subscriber wants; all of it by default.
+/// Events wanted by a subscriber; all by default.
 struct EventFilter {
   std::uint32_t topics = ~std::uint32_t{0};  ///< bits by Topic
   std::uint32_t kinds = ~std::uint32_t{0};   ///< bits by Kind: changes of other kinds are left out
-  /// Only changes of these records and of what they depend on; empty = of all.
+  /// Only changes of these records and those they depend on; empty = of all.
   std::vector<AnyId> records{};
-  std::uint64_t not_of = 0;            ///< leaves out what this session did; 0 = nobody's
-  bool previews = true;                ///< with the updates of gestures
-  Severity severity = Severity::info;  ///< messages that are less severe are left out
+  std::uint64_t not_of = 0;            ///< skips events caused by this session; 0 = none
+  bool previews = true;                ///< includes updates of gestures
+  Severity severity = Severity::info;  ///< skips less severe messages
   double rate = kUsualRate;            ///< of states of a run that plays [1/s]
   std::size_t most = 256;  ///< events that wait; beyond it changes are merged, old messages dropped
-  /// With commands that only read and ended well.
+  /// Includes commands that only read and succeeded.
   bool reads = false;
 };
 
-/// Thread-safe. What is published waits until it is taken: a subscriber is never called with
-/// anything locked, and can be as slow as it likes. [any thread]
+/// Thread-safe. Events wait until taken: a subscriber is never called under a lock, and may be
+/// slow. [any thread]
 class Events {
  public:
-  /// `wake` (may be empty) is called after something came while nothing waited, by the thread that
-  /// published it; it takes nothing itself.
+  /// `wake` (may be empty) is called when the first event arrives in an empty queue, on the
+  /// publishing thread; it must not take events itself.
   std::uint64_t subscribe(EventFilter filter, std::function<void()> wake = {});
-  /// Replaces `wake`, which is called at once when something waits already.
+  /// Replaces `wake`; calls it at once if events are waiting.
   void set_wake(std::uint64_t token, std::function<void()> wake);
   bool unsubscribe(std::uint64_t token);
-  /// What waits, in order, each event once; at most so many.
+  /// The waiting events in order, each once; at most this many.
   [[nodiscard]] Result<std::vector<Event>> take(std::uint64_t token, std::size_t at_most = 1000);
-  /// The same where nothing holds the events at this moment; nullopt = something does.
+  /// The same without waiting for a lock; nullopt = locked at this moment.
   [[nodiscard]] std::optional<std::vector<Event>> try_take(std::uint64_t token,
                                                            std::size_t at_most = 1000);
   [[nodiscard]] bool has_subscribers() const;
-  /// The topics that somebody wants, bits by Topic.
+  /// The topics with subscribers, bits by Topic.
   [[nodiscard]] std::uint32_t topics() const;
-  /// The highest rate at which a subscriber wants states of runs [1/s]; 0 = nobody wants them.
+  /// The highest rate of run states requested by a subscriber [1/s]; 0 = none.
   [[nodiscard]] double run_rate() const;
 
   void publish(const document::Commit&);  ///< in the order of the commits
   void publish(const Message&);
   void publish(const JobStatus&);
   void publish(RunState);
-  /// One that says that rows came takes the place of one that waits and says so.
+  /// An event for new rows replaces a waiting one of the same recording.
   void publish(const recording::RecordingChange&);
   void publish(CommandRun);
   void publish(Topic topic, Notice notice);

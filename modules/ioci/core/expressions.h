@@ -20,28 +20,28 @@ namespace robomosp::ioci {
 class CommandContext;
 struct CommandSpec;
 
-/// Reads numbers that were given as expressions: what takes the arguments then sees plain numbers,
-/// and the texts wait here until the command puts them into its record with keep().
+/// Reads numbers that were given as expressions: code that reads the arguments sees plain numbers,
+/// and the texts are stored here until the command puts them into its record with keep().
 class Expressions {
  public:
   Expressions() = default;
-  /// For a record with parameters `own`; `own_name` is that of a world itself, else "".
+  /// For a record with parameters `own`; `own_name` is the name of a world itself, else "".
   Expressions(const document::Snapshot&, model::Parametric own, std::string own_name);
 
   [[nodiscard]] const model::Parametric& own() const { return own_; }
-  /// What names mean; must not outlive this.
+  /// Resolves names; must not outlive this object.
   [[nodiscard]] Expression::Lookup lookup() const;
 
-  /// The fields of `given` with reals, vec3s and poses of the schema as numbers; everything else as
-  /// it was. Paths are those of model::number_at() behind `prefix`. A field `expressions` of the
-  /// schema's type map holds texts by path.
+  /// The fields of `given` with reals, vec3s and poses of the schema as numbers; everything else
+  /// unchanged. Paths are those of model::number_at() behind `prefix`. A field `expressions` of
+  /// type map in the schema holds texts by path.
   Result<Map> read(const Schema&, const Map& given, std::string_view where,
                    const std::string& prefix = {});
   /// The value for a path of `body` ("bore.radius", "bore.position", "bore.placement").
   Result<Value> read_at(const model::Body& body, const std::string& path, const Value&);
 
-  /// Moves the texts read so far into a record, their paths behind `prefix` ("bore" for the path
-  /// "radius"); paths that were given plain numbers lose their expression.
+  /// Moves the texts read so far into a record, with their paths behind `prefix` ("bore" for the
+  /// path "radius"); paths given as plain numbers lose their expression.
   void keep(model::Parametric&, std::string_view prefix = {});
 
  private:
@@ -65,9 +65,8 @@ class Expressions {
 /// argument `parameters`.
 Result<Expressions> expressions_of(const CommandContext&, const CommandSpec&, const Map& args);
 
-/// Reads texts that a command takes for numbers, wherever they are within its arguments, as
-/// expressions, and finds afterwards which numbers of which records these became. Of commands that
-/// edit records.
+/// Reads texts given in place of numbers, anywhere in a command's arguments, as expressions, and
+/// finds afterwards which numbers of which records they became. For commands that edit records.
 class GivenExpressions final : public NumberReader {
  public:
   GivenExpressions(const CommandContext& ctx, const CommandSpec& spec, const Map& args)
@@ -75,8 +74,8 @@ class GivenExpressions final : public NumberReader {
 
   std::optional<Result<double>> read(std::string_view text, std::string_view unit, double min,
                                      double max) override;
-  /// Gives the expressions to the records that the command edited. An expression whose number went
-  /// into no record, since the command computed something of it, is an error.
+  /// Stores the expressions in the records that the command edited. An expression with a number
+  /// that is in no record, because the command computed with it, is an error.
   Result<void> keep(document::Transaction&) const;
 
  private:
@@ -87,8 +86,8 @@ class GivenExpressions final : public NumberReader {
   model::MarkedNumbers marks_;
 };
 
-/// Sets a number that is a part of what set commands set: an angle (`bore.rpy.z`) or a coordinate
-/// of a profile (`plate.profile.1.3.x`). False = the path is none of these.
+/// Sets a number that is a component of a settable value: an angle (`bore.rpy.z`) or a coordinate
+/// of a profile (`plate.profile.1.3.x`). False = the path is neither.
 Result<bool> set_component(CommandContext&, AnyId, const std::string& path, const Value& value);
 
 /// `parameters` of the create commands: {bore = "20 mm", wall = {value = "bore/4", ...}}.
@@ -97,7 +96,8 @@ Result<bool> set_component(CommandContext&, AnyId, const std::string& path, cons
 [[nodiscard]] Result<model::Parametric> read_parameters(const document::Snapshot&,
                                                         const std::string& own_world, const Value*,
                                                         std::string_view where);
-/// Sets one parameter from `{value, unit, expression, description}`; what is not given stays.
+/// Sets one parameter from `{value, unit, expression, description}`; missing entries stay
+/// unchanged.
 Result<void> set_parameter(const document::Snapshot&, const std::string& own_world,
                            model::Parametric&, const std::string& name, const Map& given);
 /// {bore = {value, unit, text, expression, description}}, which create takes as well.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds of handles that are no records: recordings, jobs, runs and what else registers (layer:
-// application, ioci).
+// Kinds of handles to objects other than records: recordings, jobs, runs and other registered ones
+// (layer: application, ioci).
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@
 
 namespace robomosp::ioci {
 
-/// [application lock, or before other threads are there]
+/// [application lock, or before other threads start]
 class HandleKinds {
  public:
-  /// What the thing of a number is called; nullopt when there is none (any more).
+  /// The name of the object with a number; nullopt if it does not exist.
   using NameOf = std::function<std::optional<std::string>(std::uint64_t number)>;
   struct Entry {
     std::string kind;
     NameOf name_of;
   };
 
-  /// Errors: the kind is one of records or is there already.
+  /// Errors: the kind is a record kind or exists already.
   Result<void> add(std::string kind, NameOf name_of);
-  /// nullptr when there is none of that kind.
+  /// nullptr if the kind is unknown.
   [[nodiscard]] const Entry* find(std::string_view kind) const;
   [[nodiscard]] const std::vector<Entry>& all() const { return entries_; }
 

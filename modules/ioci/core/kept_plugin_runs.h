@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the user has plugins run, kept from run to run in ~/.config/robomosp/plugins
-// (layer: application, ioci).
+// The user's settings of where plugins run, stored in ~/.config/robomosp/plugins (layer:
+// application, ioci).
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,14 @@
 
 namespace robomosp::ioci {
 
-/// $XDG_CONFIG_HOME/robomosp/plugins or ~/.config/robomosp/plugins; empty = there is no home.
+/// $XDG_CONFIG_HOME/robomosp/plugins or ~/.config/robomosp/plugins; empty if there is no home
+/// folder.
 [[nodiscard]] std::filesystem::path kept_plugin_runs_file();
 
-/// Of files that run in processes of their own; a line that cannot be read is left out.
+/// Files that run in separate processes; unreadable lines are skipped.
 [[nodiscard]] PluginRuns::Wishes kept_plugin_runs();
 
-/// Keeps where a file runs; one that runs in the program, as all do, is forgotten.
+/// Stores where a file runs; removes the entry of a file that runs in the program, the default.
 Result<void> keep_plugin_run(const std::filesystem::path& file, const PluginRun& run);
 
 }  // namespace robomosp::ioci

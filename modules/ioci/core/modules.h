@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modules: what plugins add to the program by robomosp.module/1: their commands in the table, their
-// settings in the document, their hooks around runs (layer: application, ioci only).
+// Modules: additions of plugins to the program through robomosp.module/1: commands in the table,
+// settings in the document, hooks around runs (layer: application, ioci only).
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,7 @@
 
 namespace robomosp::ioci {
 
-/// One module that was made; lives as long as the application.
+/// A loaded module; lives as long as the application.
 struct LoadedModule {
   std::string name, origin, version, summary;
   std::shared_ptr<const Module> module;
@@ -34,18 +34,18 @@ struct LoadedModule {
 class Modules {
  public:
   explicit Modules(Application& app) : app_(app) {}
-  /// Makes the modules of the registry that were not made yet, and adds their commands to the
-  /// table. What cannot be used is a remark in the report of the plugin's file. Gives the names of
-  /// the new ones. [holds Application::plugins_mutex, or before anything runs]
+  /// Creates the new modules of the registry and adds their commands to the table. Unusable parts
+  /// are remarks in the report of the plugin's file. Returns the names of the new modules. [holds
+  /// Application::plugins_mutex, or before anything runs]
   std::vector<std::string> adopt();
-  /// nullptr = no such one is loaded. What it gives stays.
+  /// nullptr = not loaded. The pointer stays valid.
   [[nodiscard]] const LoadedModule* find(std::string_view name) const;
   [[nodiscard]] std::vector<const LoadedModule*> list() const;
-  /// Whether any module wants to hear of this ModuleRun.
+  /// True if any module subscribes to this ModuleRun.
   [[nodiscard]] bool watches(std::uint32_t kind) const {
     return (watched_.load(std::memory_order_relaxed) & kind) != 0;
   }
-  /// Says which settings a commit brought whose plugin is not loaded.
+  /// Warns about settings in a commit that belong to a plugin that is not loaded.
   void tell_absent(const document::Commit&);
 
  private:
@@ -58,14 +58,14 @@ class Modules {
   friend class ModuleRunScope;
 };
 
-/// The commands that a module adds, as entries of the table; what it cannot add is a sentence in
-/// `faults`. `module` outlives them.
+/// The commands of a module as entries of the table; reasons for commands that cannot be added are
+/// in `faults`. `module` must outlive them.
 [[nodiscard]] std::vector<CommandSpec> commands_of(const LoadedModule& module,
                                                    std::vector<std::string>& faults);
-/// Reads the tables of a module that was just made. An error = nothing of it can be used.
+/// Reads the tables of a new module. An error = it cannot be used at all.
 [[nodiscard]] Result<LoadedModule> read_module(const ProviderInfo& info,
                                                std::shared_ptr<const Module> module);
-/// What `robomosp plugin check` finds: everything that would be left out of a table with these
+/// Findings of `robomosp plugin check`: everything that would be left out of a table with these
 /// commands.
 [[nodiscard]] std::vector<std::string> module_faults(const Registry& registry,
                                                      const ProviderInfo& info,
@@ -76,9 +76,9 @@ class ModuleRunScope {
  public:
   ModuleRunScope(Modules& modules, CommandContext& ctx, const CommandSpec& spec, const Map& args,
                  std::uint32_t kind, bool is_job);
-  /// Asks the modules; the first that refuses ends it.
+  /// Calls the modules; the first that refuses ends the run.
   Result<void> begin();
-  /// Tells those that were asked.
+  /// Calls the end hooks, of modules with a called begin hook only.
   void end(const Result<Value>& result);
 
  private:
@@ -96,10 +96,10 @@ class ModuleRunScope {
 // --- values --------------------------------------------------------------------------------
 
 [[nodiscard]] ModuleValue to_module(const Value& value);
-/// An error says what a module may not give: an unknown type, numbers that do not fill their
-/// matrix, what is nested deeper than 64.
+/// An error for a value that a module may not return: an unknown type, numbers that do not fill
+/// their matrix, nesting deeper than 64.
 [[nodiscard]] Result<Value> from_module(const ModuleValue& value);
-/// "" or what keeps a value from being such a result: "it is a string, not a real".
+/// "" or the reason why a value is not such a result: "it is a string, not a real".
 [[nodiscard]] std::string result_fault(const ReturnSpec& spec, const Value& value);
 
 // --- settings ------------------------------------------------------------------------------

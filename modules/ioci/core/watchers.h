@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings, plots and replay pages that follow edits: after each commit a job makes again what is
-// no longer as the records are (layer: application, ioci).
+// Recordings, plots and replay pages that follow edits: after each commit a job updates those that
+// are out of date (layer: application, ioci).
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace robomosp::ioci {
 
-/// One thing that is watched, as it is listed.
+/// A watched recording or drawing, as it is listed.
 struct WatchStatus {
   std::uint64_t number = 0;
   std::string what;             ///< "recording", or the command that draws: "recording.plot"
@@ -27,33 +27,33 @@ struct WatchStatus {
   std::string fault;  ///< of the last attempt
 };
 
-/// A commit costs one look at a number while nothing is watched. Updates run one after the other in
-/// a job; an edit meanwhile ends what is computed for the one before. [any thread]
+/// While nothing is watched, a commit costs one comparison of numbers. Updates run one after
+/// another in a job; a new edit cancels the computation for the previous one. [any thread]
 class RecordingWatchers {
  public:
   explicit RecordingWatchers(Application& app) : app_(app), session_("watch") {
     session_.deny(Effect::edits);
   }
-  /// From now on it follows the document.
+  /// Starts following the document.
   void start();
-  /// Ends all, and what is being computed.
+  /// Stops watching, and cancels the running computation.
   void stop();
 
-  /// Watches a recording; it has to know how it was made. Twice is once.
+  /// Watches a recording with a known origin. Adding it twice has no further effect.
   Result<void> add_recording(std::uint64_t number);
-  /// Watches what a command draws into a file from these arguments; the same file again takes the
-  /// place of what was drawn there before.
+  /// Watches the file drawn by a command with these arguments; the same file replaces the previous
+  /// entry.
   Result<void> add_drawing(const document::Snapshot&, const std::string& command, const Map& given,
                            const Map& checked);
   [[nodiscard]] std::vector<WatchStatus> list() const;
   /// Whether this file is kept up to date.
   [[nodiscard]] bool draws(const std::string& file) const;
-  /// Ends those for which it is true; returns how many.
+  /// Removes the entries for which it returns true; returns their number.
   std::size_t remove(const std::function<bool(const WatchStatus&)>& is_it);
-  /// Waits until nothing is left to do; serves the solvers in Lua of this thread meanwhile. False
-  /// when it gave up.
+  /// Waits until all updates are done; serves the solvers in Lua of this thread meanwhile. False if
+  /// it gave up.
   bool settle(const std::function<bool()>& gives_up = {});
-  /// Looks whether something is to be done; not for what the updates themselves do.
+  /// Checks for updates to do; ignores edits made by the updates themselves.
   void look(const Session* by = nullptr);
 
  private:
@@ -62,7 +62,7 @@ class RecordingWatchers {
     RecordingOrigin::Step draws;  ///< of a drawing
     Inputs inputs;                ///< of a drawing, as it was drawn last
     std::set<std::uint64_t> recordings;
-    /// Of a drawing: the folder of the session that asked for it; null = anywhere.
+    /// Of a drawing: the folder of the session that requested it; null = anywhere.
     std::shared_ptr<const FileRoot> files = nullptr;
   };
   class Pass;
@@ -70,7 +70,7 @@ class RecordingWatchers {
   void update(Progress&);
   void update_recording(std::uint64_t number, Progress&);
   void update_drawing(std::uint64_t number, Progress&);
-  /// How the last attempt went. Posts what is new.
+  /// Stores the result of the last attempt, and posts new ones.
   void told(const std::function<bool(const WatchStatus&)>& of, const std::string& state,
             const std::string& fault);
   Application& app_;
@@ -85,7 +85,7 @@ class RecordingWatchers {
   bool is_stopped_ = false;
 };
 
-/// Of a command that has drawn: watches its file if its arguments say so.
+/// Called after a command has drawn: watches its file if its arguments request it.
 Result<void> watch_drawing(CommandContext& ctx, const std::string& command, const Map& checked);
 
 /// `watch`, of commands that make recordings.

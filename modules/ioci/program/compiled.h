@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program as its compiler hands it over, for commands (layer: application).
+// A compiled program, for commands (layer: application).
 #pragma once
 
 #include <memory>
@@ -19,10 +19,10 @@ struct Compiled {
   [[nodiscard]] const rmp_code& code() const { return program->code(); }
 };
 
-/// The program of a checked `id`; the first error of its source is the command's, with its place.
-/// Its points and numbers that follow a world are those of `place`, or of the place that `world`
-/// and `name_there` of the arguments name, or of the only one. `text` stands in place of what its
-/// own file, the first, holds.
+/// Compiles the program of a checked `id`; the first error of its source is the command's, with its
+/// place. Points and numbers that follow a world are those of `place`, or of the place selected by
+/// the arguments `world` and `name_there`, or of the only one. `text` replaces the content of the
+/// program's file, the first.
 Result<Compiled> compile_whole(CommandContext& ctx, const Map& args,
                                const ProgramPlace* place = nullptr,
                                const std::string* text = nullptr);

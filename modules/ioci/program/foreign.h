@@ -18,32 +18,33 @@ namespace robomosp::ioci {
 
 constexpr std::uint64_t kMostSource = std::uint64_t{64} << 20;
 
-/// The reader that takes a file: `name` if it is one of a reader, else by the extension and, where
-/// several take it, by the text. Empty = none does, and IRL it is. Errors say what to name.
+/// The reader for a file: `name` if it is a reader's, else by the extension and, if several readers
+/// accept it, by the text. Empty = none does: the file is IRL. Errors list the names to choose
+/// from.
 Result<std::string> reader_of(CommandContext&, const std::filesystem::path&,
                               const std::string& name);
 
-/// Text of a file that lies beside a program. Nothing, and a warning, if it cannot be read: the
-/// program is taken without it. Errors: cancelled.
+/// Text of a file beside a program. Nothing, and a warning, if it cannot be read: the program is
+/// read without it. Errors: cancelled.
 Result<std::optional<std::string>> source_beside(CommandContext&, const std::filesystem::path&);
-/// What a controller's record says of a reader's parameters: pulses of its axes, and options of
-/// the same name.
+/// Parameters of a reader from a controller's record: pulses of its axes, and options of the same
+/// name.
 [[nodiscard]] Map reader_settings(const ProviderInfo& reader, const model::Controller&);
 
 struct ForeignFile {
   std::string name, text;
 };
-/// Tools and frames of a controller by their numbers, in the file of its backup that a reader
-/// knows: TOOL.CND for `inform`, SYSFRAME.VA for `tp`. Its text is empty for other readers, and
-/// without numbered tools and frames.
+/// Tools and frames of a controller by number, as the file of its backup that a reader reads:
+/// TOOL.CND for `inform`, SYSFRAME.VA for `tp`. Its text is empty for other readers, and without
+/// numbered tools and frames.
 [[nodiscard]] ForeignFile places_file(std::string_view reader, const model::Controller&);
 struct Foreign {
   std::string reader;
   std::vector<ForeignFile> files;  ///< as they were read
   std::unique_ptr<ReadProgram> program;
 };
-/// Reads a file and what belongs to it, with `settings` and `profile` of the arguments: values of
-/// the reader's parameters, and the controller's record that has them.
+/// Reads a file and those that belong to it, with the arguments `settings` (values of the reader's
+/// parameters) and `profile` (a controller's record that has them).
 Result<Foreign> read_foreign(CommandContext&, const std::filesystem::path&,
                              const std::string& reader, const Map& args);
 

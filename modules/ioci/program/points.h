@@ -13,17 +13,17 @@
 
 namespace robomosp::ioci {
 
-/// What a variable begins with, as LanguageTask::values takes it.
+/// Initial value of a variable, as for LanguageTask::values.
 struct BoundValue {
   std::string name, field, text;
   bool operator==(const BoundValue&) const = default;
 };
 
-/// Whether bindings of a place give variables what they begin with.
+/// True if bindings of a place set initial values of variables.
 [[nodiscard]] bool gives_values(const model::PlacedProgram&);
-/// What they give now, in their order. `plain` is the program without them, which tells the types
-/// of its variables. An error names the binding: a member, feature, parameter or variable that is
-/// not there, an object that a robot holds, a dimension that does not fit.
+/// Their current values, in order. `plain` is the program without them, with the types of its
+/// variables. An error names the binding: a missing member, feature, parameter or variable, an
+/// object held by a robot, a dimension that does not fit.
 Result<std::vector<BoundValue>> bound_values(CommandContext&, const ProgramPlace&,
                                              const rmp_code& plain);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program's world says of its post: the robot, the frame of targets, the tool (layer:
+// Data for a post from a program's world: the robot, the frame of targets, the tool (layer:
 // application, ioci only).
 #pragma once
 
@@ -26,12 +26,12 @@
 namespace robomosp::ioci {
 
 struct PostCell {
-  std::shared_ptr<const RobotModel> robot;  ///< its tip is the flange; null = none is known
+  std::shared_ptr<const RobotModel> robot;  ///< its tip is the flange; null = unknown
   std::string robot_name;                   ///< of its record
-  robotics::MakerAxes maker;                ///< its axes; none where they are not known
+  robotics::MakerAxes maker;                ///< its axes; empty if unknown
   model::ProviderChoice ik;
   std::vector<double> start;  ///< joint values at the start [rad or m]
-  /// As the run has them; empty = the base, the flange.
+  /// As in the run; empty = the base, the flange.
   program_post::CellPlaces places;
   bool is_placed = false;  ///< they are those of a world
   /// Additional joints that are joints of the world; with a rail `robot` is the arm behind it.
@@ -43,16 +43,17 @@ struct PostCell {
   std::vector<PostedFault> remarks;
 };
 
-/// What the controller of a target does with a rail: as the option `rail` of the profile says (base
-/// or carriage), or by the target's tag.
+/// How the controller of a target treats a rail: set by the option `rail` of the profile (base or
+/// carriage), or by the target's tag.
 [[nodiscard]] Result<program_post::RailKind> rail_kind(const ProviderInfo& target,
                                                        const PostCapabilities&, const PostProfile&);
-/// Gives a profile the external axes of a cell's additional joints, where it has none.
+/// Adds the external axes of a cell's additional joints to a profile that lacks them.
 void carry_axes(ControllerProfile&, const PostCell&);
 
-/// Of the world that the program of `args` is in (`world` and `name_there` choose one), or without
-/// one of `robot` alone. `symbol`: the ROBOT of the program whose post it is, "" = its own. Errors:
-/// a world or robot that is not the program's, places that differ, bindings without a meaning.
+/// The cell of the world that contains the program of `args` (`world` and `name_there` select one),
+/// or of `robot` alone without a world. `symbol`: the ROBOT of the program to post, "" = its
+/// default. Errors: a world or robot that is not the program's, differing places, bindings without
+/// a meaning.
 Result<PostCell> post_cell(CommandContext&, const Map& args, std::shared_ptr<const CompiledProgram>,
                            std::string_view symbol);
 

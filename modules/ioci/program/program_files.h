@@ -29,7 +29,7 @@ Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
   });
 }
 
-/// Text of a file or argument; a sentence is told where it was in no UTF-8 (source_bytes.h).
+/// Text of a file or argument; a note is posted if it was not in UTF-8 (source_bytes.h).
 [[nodiscard]] inline Result<std::string> told_source(CommandContext& ctx, const std::string& file,
                                                      std::string_view bytes) {
   auto made = source_of_bytes(bytes);

@@ -8,7 +8,7 @@
 
 namespace robomosp::ioci {
 
-/// Row i of a table whose rows are of type Row; i is below the table's count.
+/// Row i of a table with rows of type Row; i is below the table's count.
 template <class Row>
 [[nodiscard]] const Row& row_of(const rmp_table& t, std::uint32_t i) {
   return *static_cast<const Row*>(rmp_row(&t, i));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is in a record as values of commands and back, and what may be in it, as the declarations of
-// its fields say (layer: application, ioci).
+// Fields of records as values of commands and back, and their schema, from the declarations of the
+// fields (layer: application, ioci).
 #pragma once
 
 #include <optional>
@@ -31,18 +31,18 @@ class OwnFormFile {
 /// All fields of a record, in order of declaration.
 void add_fields(Map& out, const document::Snapshot&, const model::Record&);
 
-/// What can be in a record of a kind: a list of fields, each with name, label, doc, type, unit,
-/// range, default, choices and, where it holds fields of its own, these.
+/// The schema of a record kind: a list of fields, each with name, label, doc, type, unit, range,
+/// default, choices and, if it has fields, these.
 [[nodiscard]] List schema_fields(const document::Snapshot&, const model::Type&);
 
-/// Puts a value at a place of `body`, which is to be changed; nil takes out what is optional.
+/// Stores a value at a place of `body`, which must be modifiable; nil clears an optional field.
 Result<void> read_field(const CommandContext&, const model::Body& body, const model::Place&,
                         const Value&, const std::string& path);
 
 /// Sets what a path names in a record of any kind; numbers may be expressions.
 Result<void> set_path(CommandContext&, AnyId, const std::string& path, const Value&);
 
-/// `path` names nothing in the record; with near paths.
+/// The error for a `path` that is not in the record; with similar paths.
 [[nodiscard]] Error unknown_path(const model::Body&, std::string_view path);
 
 }  // namespace robomosp::ioci

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of solids as the tables that commands take and give (layer: application, ioci only).
+// Nodes of solids as the tables that commands accept and return (layer: application, ioci only).
 #pragma once
 
 #include <memory>
@@ -21,8 +21,8 @@ namespace robomosp::ioci {
   return csg_info(kind).children == CsgChildren::none;
 }
 
-/// The flat form of a nested table: parents first, children in order, names that `taken` lacks, and
-/// the expressions given for its numbers.
+/// The flat form of a nested table: parents first, children in order, with names not in `taken`,
+/// and the expressions given for its numbers.
 [[nodiscard]] Result<model::Branch> read_tree(CommandContext& ctx, const Value& root,
                                               FreshNames taken, std::string_view path);
 /// One node of a kind that is known, without children; `fields` are those of its table.
@@ -34,9 +34,9 @@ namespace robomosp::ioci {
 Result<void> set_node_field(CommandContext& ctx, model::Solid& s, std::size_t node,
                             std::string_view field, const Value& value, const std::string& path);
 
-/// The value for a node's field `primitive`, or `primitive.teeth`, with numbers instead of the
-/// expressions among the parameters that its provider measures or counts. The expressions wait in
-/// the context under `prefix`, the path of `primitive`.
+/// The value for a node's field `primitive`, or `primitive.teeth`, with expressions among the
+/// parameters that its provider declares as quantities or counts replaced by numbers. The
+/// expressions are kept in the context under `prefix`, the path of `primitive`.
 Result<Value> read_primitive(CommandContext& ctx, const Value& value, const std::string& prefix,
                              const std::string& path);
 Result<Value> read_primitive_param(CommandContext& ctx, const model::SolidNode& node,
@@ -47,17 +47,17 @@ Result<Value> read_primitive_param(CommandContext& ctx, const model::SolidNode& 
 /// record.
 [[nodiscard]] Map node_map(const model::Solid& s, std::size_t node, const std::string& solid);
 
-/// A profile from a list of loops or a short form; `into` notes expressions of its coordinates as
-/// "profile.1.2.x".
+/// A profile from a list of loops or a short form; `into` receives the expressions of its
+/// coordinates as "profile.1.2.x".
 [[nodiscard]] Result<std::shared_ptr<const CsgProfile>> read_profile(CommandContext& ctx,
                                                                      const Value& value,
                                                                      const std::string& path);
 [[nodiscard]] Value profile_value(const CsgProfile& profile);
-/// What tells users how profiles are written.
+/// Help text on the notation of profiles.
 [[nodiscard]] std::string profile_help();
 
 [[nodiscard]] std::set<std::string> node_names(const model::Solid& s);
-/// Index of a node by name, or an error with near names.
+/// Index of a node by name; the error lists similar names.
 [[nodiscard]] Result<std::size_t> need_node(const model::Solid& s, std::string_view name);
 
 }  // namespace robomosp::ioci

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Branches of inverse kinematics as they are asked for: "left up", {shoulder = "left"} (layer:
-// application). Internal to modules/ioci.
+// Requested branches of inverse kinematics: "left up", {shoulder = "left"} (layer: application).
+// Internal to modules/ioci.
 #pragma once
 
 #include <span>
@@ -12,20 +12,21 @@
 
 namespace robomosp::ioci {
 
-/// Ways of some of a solver's choices.
+/// A side for each of some of a solver's choices.
 class BranchWish {
  public:
-  /// Words in any order, a list of them, or a table by the choices' names; "no flip" may be written
-  /// "no_flip", "no-flip" and "noflip". Words that are unknown or exclude each other are errors.
+  /// Reads words in any order, a list of them, or a table by the choices' names; "no flip" may be
+  /// written "no_flip", "no-flip" and "noflip". Unknown words and words that exclude each other are
+  /// errors.
   static Result<BranchWish> read(const sim::BranchNames& names, const Value& given,
                                  const std::string& path);
-  /// Whether a configuration is on such a branch; where both ways meet it is.
+  /// True if a configuration is on such a branch, or on the border of its two sides.
   [[nodiscard]] bool is_met(std::span<const double> measures) const;
   /// "left up"
   [[nodiscard]] const std::string& words() const { return words_; }
 
  private:
-  std::vector<int> ways_;  ///< a choice each: 1, -1, 0 = any
+  std::vector<int> ways_;  ///< one per choice: 1, -1, 0 = any
   std::string words_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A placement given as arguments of its own, such as position and rpy (layer: application, ioci).
+// A placement given as separate arguments, such as position and rpy (layer: application, ioci).
 #pragma once
 
 #include "ioci/core/commands.h"

@@ -33,20 +33,20 @@ struct LiveSource {
 /// 1 = real time, "max" = as fast as it computes, negative = backwards.
 Result<double> speed_of(const Value&);
 
-/// Most values that run.rows gives at once: rows times columns.
+/// Most values returned by run.rows at once: rows times columns.
 inline constexpr std::size_t kMostRunValues = 1'000'000;
-/// What run.rows gives. `from` counts from 0; `restarts`: see sim::LiveRun::piece. Of the rows, at
-/// most so many that they have `values` in all, but one. [any thread]
+/// The result of run.rows. `from` counts from 0; `restarts`: see sim::LiveRun::piece. Returns at
+/// least one row, and no more than fit in `values` values. [any thread]
 [[nodiscard]] Result<Map> live_run_rows(const LiveRunEntry&, std::size_t from,
                                         std::optional<std::size_t> restarts, std::size_t most,
                                         std::size_t values, std::span<const std::string> columns);
 
 // From the checked arguments of the commands world.simulate_dynamics, robot.simulate and
-// world.simulate_physics. A source owns a snapshot; registry and derived values outlive it.
+// world.simulate_physics. A source owns a snapshot; registry and derived values must outlive it.
 Result<LiveSource> live_dynamics(CommandContext&, const Map& args);
 Result<LiveSource> live_robot(CommandContext&, const Map& args);
 Result<LiveSource> live_physics(CommandContext&, const Map& args);
-/// Of world.run_task, where programs are among what is run; else without a source.
+/// The source for world.run_task if programs are among its tasks; else empty.
 Result<LiveSource> live_tasks(CommandContext&, const Map& args);
 
 }  // namespace robomosp::ioci

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands of a debugger share: programs of a live run as they are, and as they were
+// Shared by the commands of a debugger: current and earlier states of the programs of a live run
 // (layer: application, ioci only).
 #pragma once
 
@@ -15,16 +15,16 @@ namespace robomosp::ioci::debugging {
 
 /// The run of a checked `id`.
 [[nodiscard]] LiveRunPtr run_of(CommandContext&, const Map& args);
-/// Its programs; an error where it has none.
+/// Its programs; an error if it has none.
 Result<std::shared_ptr<task::ProgramWatch>> watch_of(const LiveRunEntry&);
 
 // With the mutex of the watch held:
 
-/// The program that is meant: given, the one that stands, or the only one.
+/// The selected program: the given one, else the stopped one, else the only one.
 Result<std::size_t> program_at(const task::ProgramWatch&, const Map& args);
-/// The row that is looked at; rows.size() = what is now.
+/// The row that is shown; rows.size() = the current state.
 [[nodiscard]] std::size_t row_shown(const task::ProgramWatch&, const LiveRunEntry&);
-/// Machines as they were at the time that is shown.
+/// Machines in their state at the time shown.
 struct Looked {
   std::size_t program = 0;
   const program::Machine* machine = nullptr;
@@ -33,10 +33,10 @@ struct Looked {
 Result<Looked> looked_at(const task::ProgramWatch&, const LiveRunEntry&, const Map& args);
 [[nodiscard]] const program::Machine& machine_at(const task::ProgramWatch&, std::size_t row,
                                                  std::size_t program);
-/// Given, or the one that stands, or 0.
+/// The given process, else the stopped one, else 0.
 [[nodiscard]] std::uint32_t process_of(const program::Machine&, const Map& args);
 [[nodiscard]] std::string file_of(const program::Machine&, const rmp_span&);
-/// Where the program that stands does so; time, whether anything is left to compute, and why not.
+/// Where the stopped program is; time, whether anything is left to compute, and the reason if not.
 [[nodiscard]] Map place(const task::ProgramWatch&, const LiveRunEntry&);
 
 }  // namespace robomosp::ioci::debugging

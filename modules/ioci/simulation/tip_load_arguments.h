@@ -21,14 +21,15 @@ namespace robomosp::ioci {
                                                               const Map& args,
                                                               const std::string& name);
 
-/// `tip_force`, `tip_moment`, `tip_wrench`, `tip_columns`, `tip_over`, `tip_axes` and `tip`.
-/// `path` says what the way `path` is of.
+/// `tip_force`, `tip_moment`, `tip_wrench`, `tip_columns`, `tip_over`, `tip_axes` and `tip`. `path`
+/// describes what the path parameter belongs to.
 [[nodiscard]] std::vector<ParamSpec> tip_load_fields(const std::string& path);
-/// Whether a force, a moment or a recording of them is among the arguments.
+/// True if the arguments contain a force, a moment or a recording of them.
 [[nodiscard]] bool has_tip_load(const Map& args);
-/// Reads them; nothing given is no load. What belongs to a load, given without one, is an error.
+/// Reads them; without arguments there is no load. Other load arguments without a load are an
+/// error.
 [[nodiscard]] Result<sim::TipLoad> read_tip_load(const CommandContext&, const Map& args);
-/// The same where nothing given leaves what is recorded; a given load may be zero.
+/// The same, but without arguments the recorded load is kept; a given load may be zero.
 [[nodiscard]] Result<std::optional<sim::TipLoad>> read_optional_load(const CommandContext&,
                                                                      const Map& args);
 

@@ -10,11 +10,11 @@
 
 namespace robomosp::ioci {
 
-/// What a step is in commands, for their documentation.
+/// Documentation of steps in commands.
 extern const char* const kStepDoc;
 
-/// A step from `{step = "move", robot = "left", pose = "home"}`, with the steps inside a block
-/// (`steps`) behind it; their parents are counted from the first one, whose own is -1.
+/// A step from `{step = "move", robot = "left", pose = "home"}`, followed by the steps inside a
+/// block (`steps`); parents are indices relative to the first step, which has parent -1.
 [[nodiscard]] Result<std::vector<model::TaskStep>> read_steps(const CommandContext&, const Value&,
                                                               const std::string& path);
 /// The steps as a flat list; `number` and `parent` count from 1, parent 0 is the task.

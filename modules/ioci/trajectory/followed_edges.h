@@ -13,15 +13,15 @@
 
 namespace robomosp::ioci {
 
-/// Before the open transaction of `ctx` is committed: makes the segments of trajectories again
-/// whose solids, or whose own paths along edges, it has changed. Where that fails, and where the
-/// segments were edited, the trajectory keeps its segments, follows no longer, and a message says
-/// why. Costs a look at each changed record while nothing follows.
+/// Called before the open transaction of `ctx` is committed: recomputes the segments of
+/// trajectories that follow solids, or paths along edges, changed by it. If that fails, or if the
+/// segments were edited, the trajectory keeps its segments, stops following, and a message gives
+/// the reason. Costs one check per changed record if no trajectory follows edges.
 Result<void> follow_edges(CommandContext& ctx);
 
-/// For each of the edges `wanted` (indices of `before`) the index of the same edge after the solid
-/// has changed; nullopt where it is gone. Edges have no names: they are told by their kind, the
-/// directions of their faces, where they run and how long they are, and no edge is given twice.
+/// For each edge of `wanted` (indices of `before`), the index of the same edge after the change of
+/// the solid; nullopt if it no longer exists. Edges have no names: they are matched by their kind,
+/// the directions of their faces, their position and length, and no edge is matched twice.
 [[nodiscard]] std::vector<std::optional<std::size_t>> same_edges(
     std::span<const CsgEdge> before, std::span<const CsgEdge> after,
     std::span<const std::size_t> wanted);

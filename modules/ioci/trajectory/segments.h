@@ -14,9 +14,9 @@ class Path;
 
 namespace robomosp::ioci {
 
-/// `{shape = "line", points = {...}, speed = "50 mm/s", law = "trapezoidal", orientation = ...,
-/// transition = ...}` or `{trajectory = "weld", placement = ...}`. What is none of the named fields
-/// is a parameter of the shape, its law or its orientation, and is checked against their tables.
+/// Reads `{shape = "line", points = {...}, speed = "50 mm/s", law = "trapezoidal", orientation =
+/// ..., transition = ...}` or `{trajectory = "weld", placement = ...}`. Other fields are parameters
+/// of the shape, its law or its orientation, and are checked against their tables.
 [[nodiscard]] Result<model::TrajectorySegment> read_segment(const CommandContext&, const Value&,
                                                             const std::string& path);
 /// The fields of segments that are given as they are declared, without those with a form of their
@@ -24,18 +24,17 @@ namespace robomosp::ioci {
 [[nodiscard]] Schema declared_segment_params();
 /// Joint values of a robot that is not known yet: numbers, or texts with units.
 [[nodiscard]] Result<std::vector<double>> read_joint_vector(const Value&, const std::string& path);
-/// The segment with what the table gives of it: a new shape drops the parameters of the old one,
-/// another law or orientation those of its own; everything else stays.
+/// The segment with the fields of the table changed: a new shape drops the parameters of the old
+/// one, a new law or orientation those of the old ones; everything else stays.
 [[nodiscard]] Result<model::TrajectorySegment> update_segment(const CommandContext&,
                                                               const model::TrajectorySegment&,
                                                               const Value&,
                                                               const std::string& path);
 [[nodiscard]] Value segment_value(const document::Snapshot&, const model::TrajectorySegment&);
 
-/// It is one of a trajectory's segments that move joints; those have times and places only on a
-/// robot.
+/// True if the segment moves joints; such segments have times and positions only with a robot.
 [[nodiscard]] bool moves_joints(const CommandContext&, const model::TrajectorySegment&);
-/// Coincident points, gaps and bad speeds show before the first run (motion::Path::check).
+/// Reports coincident points, gaps and bad speeds before the first run (motion::Path::check).
 Result<void> check_trajectory(const CommandContext&, const std::string& name,
                               const model::Trajectory&);
 /// The path of the checked argument `id`.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings of robots alone, shown as those of worlds are (layer: application). Internal to
-// modules/ioci.
+// Shows recordings of single robots in the same form as those of worlds (layer: application).
+// Internal to modules/ioci.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,10 @@
 
 namespace robomosp::ioci {
 
-/// A world with nothing in it but one robot, at its origin. It is on no list and is gone with this.
+/// A temporary world with one robot at its origin. It is never listed and ends with this object.
 class LoneRobot {
  public:
-  /// The robot stands there under the name that the recording knows it by.
+  /// The robot is named as in the recording.
   static Result<LoneRobot> make(CommandContext& ctx, RobotId robot, const recording::Recording& r);
   [[nodiscard]] const document::Snapshot& snapshot() const { return edit_.now(); }
   [[nodiscard]] WorldId world() const { return world_; }
@@ -23,7 +23,7 @@ class LoneRobot {
   WorldId world_;
 };
 
-/// The robot that a recording without a world is of: that of its name.
+/// The robot of a recording without a world, by its name.
 [[nodiscard]] std::optional<RobotId> robot_of(const document::Snapshot&,
                                               const recording::Recording& r);
 

@@ -15,10 +15,11 @@ namespace robomosp::ioci {
 
 /// Names of all objects, robots, trajectories, frames, lights, tasks and programs.
 [[nodiscard]] std::set<std::string> member_names(const model::World& w);
-/// The given argument `name`, or one made of `wanted`; an error when the given one is taken.
+/// The argument `name` if given, else a name made from `wanted`; an error if the given one is
+/// taken.
 [[nodiscard]] Result<std::string> member_name(const model::World& w, const Map& args,
                                               const std::string& wanted);
-/// `wanted`, or where a member has that name `wanted_2`, `wanted_3`, ...: the first that is free.
+/// `wanted`, or the first free one of `wanted_2`, `wanted_3`, ...
 [[nodiscard]] std::string free_member_name(const model::World& w, const std::string& wanted);
 /// "there is no member ..." with near names.
 [[nodiscard]] Error no_member(const model::World& w, const std::string& name);
@@ -26,8 +27,8 @@ namespace robomosp::ioci {
 [[nodiscard]] Result<model::Placement> given_placement(const CommandContext& ctx,
                                                        std::string_view path);
 
-/// Place of a robot in the list of a world: by its name there, in constant time, or by the record
-/// when that is placed only once. `path` stands before what goes wrong.
+/// Index of a robot in the list of a world: by its name there, in constant time, or by its record
+/// if that is placed only once. Errors begin with `path`.
 [[nodiscard]] Result<std::size_t> find_robot(const CommandContext&, WorldId, const Value& given,
                                              std::string_view path);
 /// The same of a trajectory.
@@ -45,7 +46,7 @@ namespace robomosp::ioci {
 [[nodiscard]] std::string example_cell(const std::string& rest);
 [[nodiscard]] std::string example_run(const std::string& rest);
 
-/// Changes the world `id`; what goes wrong names it.
+/// Changes the world `id`; errors name it.
 template <class Fn>
 Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {
   const AnyId id = ref(args, "id");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gives up, for good, what a process that runs scripts of strangers does not need: system calls,
+// Drops, permanently, what a process for untrusted scripts does not need: system calls,
 // descriptors, memory, the network and the file system (layer: application, lua).
 #pragma once
 
@@ -9,24 +9,24 @@
 
 namespace robomosp::lua {
 
-/// Less memory is not enough for the program itself [bytes].
+/// The program itself needs at least this much memory [bytes].
 inline constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20;
 
 struct LockDown {
   std::uint64_t memory = std::uint64_t{256} << 20;  ///< address space [bytes]
-  /// Goes on where the system has no seccomp; the limits and namespaces are all there is then.
+  /// Continues on systems without seccomp, with only the limits and namespaces.
   bool without_seccomp = false;
 };
 
-/// What holds.
+/// The protections in effect.
 struct Locked {
-  bool seccomp = false;  ///< any other system call than those for memory and time ends the process
-  bool namespaces = false;  ///< own users, network, mounts and messages; an empty root folder
+  bool seccomp = false;     ///< system calls other than those for memory and time end the process
+  bool namespaces = false;  ///< separate users, network, mounts and messages; an empty root folder
 };
 
-/// Of the calling process, which must have one thread: from here on it reads and writes descriptor
-/// 0 and computes. It is killed when the thread that started it ends. The error says what could not
-/// be locked; then the process must end.
+/// Locks the calling process, which must have one thread: afterwards it can only read and write
+/// descriptor 0 and compute. It is killed when the thread that started it ends. The error names
+/// what could not be locked; then the process must end.
 [[nodiscard]] Result<Locked> lock_down(const LockDown&);
 
 }  // namespace robomosp::lua

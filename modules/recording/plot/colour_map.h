@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The colours of maps, and round numbers along an axis (layer: application). [any thread]
+// Colours of maps, and round numbers along an axis (layer: application). [any thread]
 #pragma once
 
 #include <cstddef>
@@ -28,11 +28,11 @@ struct AxisRange {
 [[nodiscard]] AxisRange nice_range(double low, double high, int wanted);
 /// The multiples of a 1-2-5 step that lie within low..high, about `wanted` of them.
 [[nodiscard]] std::vector<double> ticks_within(double low, double high, int wanted);
-/// The number of a mark without noise from adding up steps.
+/// Text of a mark, without rounding noise from repeated steps.
 [[nodiscard]] std::string tick_text(double value, double step);
 
-/// Least and greatest finite value; from zero where the least is small beside the greatest. A
-/// single value gets some room; no value at all gives 0..1.
+/// Least and greatest finite value; from zero if the least is small relative to the greatest.
+/// Widened for a single value; 0..1 without values.
 struct ValueRange {
   double low = 0, high = 1;
 };

@@ -10,7 +10,7 @@
 
 namespace robomosp::recording {
 
-/// One plot in both ways that files are made from.
+/// The inputs for both methods of drawing a plot.
 struct Drawing {
   int width = 900, height = 520;  ///< pixels
   std::function<std::string()> svg;
