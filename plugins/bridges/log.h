@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a bridge says of itself, on standard error (layer: plugin).
+// Messages of a bridge, on standard error (layer: plugin).
 #pragma once
 
 #include <chrono>
@@ -13,10 +13,10 @@ namespace robomosp::bridges {
 /// Sentences on standard error. [any thread]
 class Log {
  public:
-  /// Now, whatever was said before.
+  /// Prints a message immediately.
   void say(const std::string& sentence);
-  /// What may happen a thousand times a second: the first of a kind at once, then once in ten
-  /// seconds with how often it happened.
+  /// For events that may occur a thousand times a second: prints the first of a kind at once, then
+  /// one every ten seconds with the number of occurrences.
   void often(const std::string& kind, const std::string& sentence);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows into recordings of a ROBOMOSP server, over the client in C (layer: plugin).
+// Appends rows to recordings of a ROBOMOSP server, through the C client (layer: plugin).
 #pragma once
 
 #include <chrono>
@@ -15,18 +15,19 @@
 
 namespace robomosp::bridges {
 
-/// What happened to rows so far.
+/// Counters of rows.
 struct RowCounts {
   std::uint64_t recorded = 0;
-  std::uint64_t late = 0;     ///< not later than the one before
-  std::uint64_t refused = 0;  ///< by the server, such as a robot that is not there
+  std::uint64_t late = 0;     ///< not later than the previous one
+  std::uint64_t refused = 0;  ///< by the server, for example for a missing robot
 };
 
-/// Keeps a connection, tries again when it is lost, and appends rows. One thread.
+/// Keeps a connection, reconnects when it is lost, and appends rows. One thread.
 ///
-/// A recording goes on after a lost connection when the same program is at the other end, and so
-/// does nothing twice: it is asked how many rows came. Another is begun when it is full, when
-/// another program answers, when somebody removed it, and when the time jumps back.
+/// A recording continues after a lost connection if the same instance of the server answers;
+/// nothing is appended twice, since the server is asked for the number of rows received. A new
+/// recording is begun when it is full, when another instance answers, when it was removed, and when
+/// the time jumps back.
 class Recorder {
  public:
   Recorder(ServerWish server, std::vector<RecordingWish> recordings, Log& log,
@@ -35,12 +36,12 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// The client, connected; nullptr = it is not, and it is not yet time to try again.
+  /// The connected client; nullptr = disconnected, and it is too early to reconnect.
   rmpc_client* connected();
-  /// Takes the rows; those that have to wait for a connection are left in `rows`.
+  /// Appends the rows; those that must wait for a connection are left in `rows`.
   void append(std::vector<Row>& rows);
   [[nodiscard]] const RowCounts& counts() const { return counts_; }
-  /// How often a connection was made.
+  /// Number of connections made so far.
   [[nodiscard]] std::uint64_t connections() const { return connections_; }
 
  private:
@@ -48,16 +49,16 @@ class Recorder {
     RecordingWish wish;
     rmpc_handle handle{};
     bool is_open = false;
-    std::size_t rows = 0;      ///< that the server has
-    std::size_t in_doubt = 0;  ///< sent, and no answer came
+    std::size_t rows = 0;      ///< rows confirmed by the server
+    std::size_t in_doubt = 0;  ///< sent, without an answer
     double origin = 0;         ///< controller's time of the first row
     double last = 0;           ///< of the rows that it has or may have
     double last_in_doubt = 0;
-    std::vector<rmpc_handle> before;  ///< the oldest first
+    std::vector<rmpc_handle> before;  ///< oldest first
   };
   enum class Outcome { done, lost, refused };
   Outcome send(Growing& g, const std::vector<const Row*>& rows);
-  /// After a connection was lost within a request: how many rows came. false = it is lost again.
+  /// After a connection was lost during a request: reads how many rows arrived. false = lost again.
   bool settle(Growing& g);
   void lost();
 

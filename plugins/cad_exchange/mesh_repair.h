@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes a closed, outward surface of loose triangles as files hold them (layer: plugin, std only).
+// Builds a closed, outward-oriented surface from loose triangles of files (layer: plugin, std
+// only).
 #pragma once
 
 #include <array>
@@ -10,28 +11,28 @@
 
 namespace robomosp::cad_exchange {
 
-/// What was done, for the report.
+/// The changes made, for the report.
 struct MeshRepair {
-  std::size_t welded = 0;           ///< vertices that were joined within the tolerance, not exactly
+  std::size_t welded = 0;           ///< vertices merged within the tolerance, not exactly
   std::size_t degenerate = 0;       ///< triangles without area, left out
-  std::size_t doubled = 0;          ///< triangles that stood twice, left out
-  std::size_t turned = 0;           ///< triangles that faced the other way than their neighbours
-  std::size_t holes = 0;            ///< holes that were filled
+  std::size_t doubled = 0;          ///< duplicate triangles, left out
+  std::size_t turned = 0;           ///< triangles oriented opposite to their neighbours
+  std::size_t holes = 0;            ///< holes filled
   double widest_hole = 0;           ///< greatest extent of one [m]
-  bool inside_out = false;          ///< everything was turned over
-  std::size_t open_edges = 0;       ///< left open: not told to repair, or it failed
-  std::array<double, 3> open_at{};  ///< the middle of one of them [m]
-  std::string failure;              ///< why a repair was taken back; "" = it was not
-  double volume = 0;                ///< of the result, as it faces [m^3]
+  bool inside_out = false;          ///< all triangles were flipped
+  std::size_t open_edges = 0;       ///< left open: repair not requested, or it failed
+  std::array<double, 3> open_at{};  ///< the centre of one of them [m]
+  std::string failure;              ///< why a repair was reverted; "" = it was not
+  double volume = 0;                ///< signed volume of the result [m^3]
 
-  /// Sentences about it; empty when nothing was done.
+  /// Sentences about the changes; empty if there are none.
   [[nodiscard]] std::vector<std::string> notes(const std::string& name) const;
 };
 
-/// Joins vertices at one place, drops triangles without area, and, if `heal`, joins vertices that
-/// nearly meet, turns triangles, fills holes and orients the whole outwards. Indices must be in
-/// range. What was healed is looked at again: where it encloses nothing, or a filling cuts the
-/// surface, the mesh stays as it was, with the reason in `failure`.
+/// Merges coincident vertices, drops triangles without area, and, if `heal`, merges vertices that
+/// nearly coincide, flips triangles, fills holes and orients the surface outwards. Indices must be
+/// in range. The result of healing is checked: if it encloses no volume, or a filling cuts the
+/// surface, the mesh is left unchanged, with the reason in `failure`.
 MeshRepair repair(std::vector<double>& points, std::vector<std::uint32_t>& triangles, bool heal);
 
 }  // namespace robomosp::cad_exchange

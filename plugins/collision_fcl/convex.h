@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convex shapes as a core and a margin around it, their distance by closed forms where there are
-// some and by GJK elsewhere (layer: plugin, collision_fcl).
+// Convex shapes as a core with a margin; distances by closed forms if available, else by GJK
+// (layer: plugin, collision_fcl).
 #pragma once
 
 #include <array>
@@ -31,15 +31,15 @@ struct Core {
   Vec3 half{};
   double margin = 0;
   std::shared_ptr<const HullData> hull;
-  std::array<Vec3, 3> corners{};  ///< of a triangle, which only meshes are made of
+  std::array<Vec3, 3> corners{};  ///< of a triangle, used for meshes only
 };
 
-/// What two shapes are to each other; points in the frame of the first.
+/// Relation of two shapes; points in the frame of the first.
 struct Apart {
   enum class State : std::int32_t {
-    apart,    ///< `distance` and points hold; < 0 where only the margins overlap
-    beyond,   ///< farther than the interest
-    overlap,  ///< the cores overlap or touch: `distance` is known only if `is_exact`
+    apart,    ///< `distance` and points are valid; < 0 if only the margins overlap
+    beyond,   ///< farther than `interest`
+    overlap,  ///< the cores overlap or touch: `distance` is valid only if `is_exact`
   };
   State state = State::apart;
   double distance = 0;
@@ -47,11 +47,11 @@ struct Apart {
   bool is_exact = true;
 };
 
-/// `a_T_b`: frame of b in that of a. Answers may stop at `interest` [m].
+/// `a_T_b`: frame of b in that of a. Distances may be cut off at `interest` [m].
 [[nodiscard]] Apart separation(const Core& a, const Core& b, const Pose& a_T_b, double interest);
 
-/// Distance and nearest points in the world where a closed form in its frame tells them: of spheres
-/// and capsules, and of spheres outside boxes and cylinders; else false.
+/// Distance and nearest points in the world if a closed form exists: between spheres and capsules,
+/// and for spheres outside boxes and cylinders; else false.
 [[nodiscard]] bool closed_distance(const Core& a, const Pose& world_T_a, const Core& b,
                                    const Pose& world_T_b, PairDistance& out);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What FCL does for us: triangle meshes in bounding volume hierarchies (layer: plugin,
-// collision_fcl). Its traps, and what is done about each, stand in
-// docs/decisions/0016-collision-by-fcl.md.
+// Uses of FCL: triangle meshes in bounding volume hierarchies (layer: plugin, collision_fcl). Its
+// pitfalls, with their workarounds, are described in docs/decisions/0016-collision-by-fcl.md.
 #pragma once
 
 #include <array>
@@ -14,20 +13,20 @@
 
 namespace robomosp::collision_fcl {
 
-/// FCL's object; its headers take seconds to compile, so that few files see them.
+/// FCL's object; its headers take seconds to compile, so few files include them.
 struct Geometry;
 using GeometryPtr = std::shared_ptr<const Geometry>;
 
-/// Of triangles: oriented boxes with spheres swept (OBBRSS), the only kind that FCL does not copy
+/// For triangles: oriented boxes with swept spheres (OBBRSS), the only kind that FCL does not copy
 /// in every query.
 [[nodiscard]] GeometryPtr make_mesh_geometry(
     const std::vector<Vec3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles);
 
-/// Fills FCL's tables of functions, which are made by the first query and not for several threads.
+/// Initialises FCL's function tables, since their set-up by the first query is not thread-safe.
 void warm_up();
 
-/// Distance and nearest points in the world of meshes that do not touch; nullopt when they are
-/// farther apart than `interest` [m].
+/// Distance and nearest points in the world of disjoint meshes; nullopt if they are farther apart
+/// than `interest` [m].
 [[nodiscard]] Result<std::optional<PairDistance>> surface_distance(const Geometry& a,
                                                                    const Pose& world_T_a,
                                                                    const Geometry& b,

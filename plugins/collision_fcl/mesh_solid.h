@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The solid that a mesh bounds, an open one about: its pieces and whether a point is inside (layer:
-// plugin, collision_fcl). Surfaces alone do not tell that one body is within another.
+// The solid bounded by a mesh, approximate for an open one: its pieces, and a point-in-solid test
+// (layer: plugin, collision_fcl). Surfaces alone do not show that one body is inside another.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace robomosp::collision_fcl {
 
 struct MeshSolid {
-  std::vector<Vec3> points;  ///< those at one place are one
+  std::vector<Vec3> points;  ///< coincident ones are merged
   std::vector<std::array<std::uint32_t, 3>> triangles;
   bool is_closed = false;
   std::vector<Vec3> one_of_each_piece;  ///< a corner of each connected piece
@@ -20,10 +20,9 @@ struct MeshSolid {
 
 [[nodiscard]] MeshSolid mesh_solid(const Mesh& mesh);
 
-/// By rays to far away, whose crossings are counted with their sign, so that what is enclosed twice
-/// is inside; a ray that passes next to an edge is not counted on. Where all do so, and where the
-/// mesh is open, the winding number decides, which is a fraction near holes: above a half is
-/// inside.
+/// Uses rays to infinity with signed counts of crossings, so that space enclosed twice is inside; a
+/// ray that passes near an edge is ignored. If all do, or the mesh is open, the winding number
+/// decides, which is fractional near holes: above one half is inside.
 [[nodiscard]] bool contains(const MeshSolid& solid, const Vec3& point);
 
 }  // namespace robomosp::collision_fcl

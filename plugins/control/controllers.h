@@ -44,9 +44,9 @@ class PdGravity final : public Controller {
   std::vector<double> kp_, kd_;  ///< [N m/rad or N/m], [N m s/rad or N s/m]
 };
 
-/// tau = Kp e + Ki integral(e) + Kd ed, joint by joint. The integral stands still while the torque
-/// is at its limit and e would drive it further (conditional integration; Astrom, Hagglund,
-/// Advanced PID Control, 3.5).
+/// tau = Kp e + Ki integral(e) + Kd ed, joint by joint. The integral is frozen while the torque is
+/// at its limit and e would drive it further (conditional integration; Astrom, Hagglund, Advanced
+/// PID Control, 3.5).
 class JointPid final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
@@ -61,12 +61,12 @@ class JointPid final : public Controller {
   std::vector<double> kp_, kd_, ki_, limit_;
 };
 
-/// The tip 0 is driven as a unit mass: tau = J^T L (a - Jd qd) + h + (1 - J^T Jbar^T) tau_0 with
-/// L = (J M^-1 J^T)^-1 and Jbar = M^-1 J^T L; tau_0 keeps the posture where the tip leaves room
-/// (Khatib, IEEE J. Robotics and Automation 3, 1987). Near a singular configuration L is damped.
-/// Closed loops, with rows A qdd + b = 0, leave the joints the mobility
-/// M^-1 - M^-1 A^T (A M^-1 A^T)^-1 A M^-1 in place of M^-1 and the acceleration
-/// -M^-1 A^T (A M^-1 A^T)^-1 b, whatever the torques are.
+/// The tip 0 is driven as a unit mass: tau = J^T L (a - Jd qd) + h + (1 - J^T Jbar^T) tau_0 with L
+/// = (J M^-1 J^T)^-1 and Jbar = M^-1 J^T L; tau_0 keeps the posture in the null space of the tip's
+/// task (Khatib, IEEE J. Robotics and Automation 3, 1987). Near a singular configuration L is
+/// damped. Closed loops, with rows A qdd + b = 0, reduce the joints' mobility to M^-1 - M^-1 A^T (A
+/// M^-1 A^T)^-1 A M^-1 in place of M^-1 and add the acceleration -M^-1 A^T (A M^-1 A^T)^-1 b,
+/// independent of the torques.
 class OperationalSpace final : public Controller {
  public:
   Result<void> prepare(const RobotModel& model, const InverseDynamics& dynamics,
@@ -77,8 +77,8 @@ class OperationalSpace final : public Controller {
                        std::span<double> tau) const override;
 
  private:
-  /// Takes what the loops hold out of rows of M^-1 J^T (`rows_` of dof() each) with the Cholesky
-  /// factor of M, and gives the acceleration that the loops cause by themselves.
+  /// Removes the constrained part from rows of M^-1 J^T (`rows_` of dof() each) with the Cholesky
+  /// factor of M, and returns the acceleration caused by the loops alone.
   void hold_loops(const ControlInput& in, std::span<const double> factored,
                   std::span<double> mobility, std::span<double> held,
                   std::span<double> scratch) const;

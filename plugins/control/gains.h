@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the controllers share: gains, the error between two configurations, friction to be overcome
+// Shared by the controllers: gains, the error between two configurations, friction compensation
 // (layer: plugin).
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace robomosp::control {
 
-/// A mechanism with the inverse dynamics that it is controlled by.
+/// A mechanism with the inverse dynamics used to control it.
 struct Plant {
   const RobotModel* model = nullptr;
   const InverseDynamics* dynamics = nullptr;
@@ -30,7 +30,7 @@ Result<std::vector<double>> gains_of(const Plant& plant, const Params& params,
 /// Diagonal of M at the configuration 0 (unit quaternions): what an entry's motor moves alone.
 Result<std::vector<double>> own_inertia(const Plant& plant);
 
-/// Refuses spans of the wrong length.
+/// Rejects spans of the wrong length.
 Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t state,
                          std::size_t needs_state, std::size_t scratch, std::size_t needs_scratch,
                          std::size_t tau);
@@ -40,11 +40,11 @@ Result<void> check_input(const Plant& plant, const ControlInput& in, std::size_t
 void configuration_error(const RobotModel& model, std::span<const double> q,
                          std::span<const double> q_desired, std::span<double> e);
 
-/// Adds what overcomes friction: viscous of the velocity as it is, Coulomb of the wanted one, whose
-/// sign does not chatter.
+/// Adds friction compensation: viscous friction of the actual velocity, Coulomb friction of the
+/// desired one, since its sign does not chatter.
 void add_friction(const RobotModel& model, const ControlInput& in, std::span<double> tau);
 
-/// Entries without a motor become 0.
+/// Sets entries without a motor to 0.
 void clear_passive(const Plant& plant, std::span<double> tau);
 
 }  // namespace robomosp::control

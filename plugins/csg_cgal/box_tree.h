@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Boxes of boxes round the triangles of a mesh: which of them can meet what (layer: plugin).
+// Boxes of boxes around the triangles of a mesh, for finding pairs that may intersect (layer:
+// plugin).
 #pragma once
 
 #include <array>
@@ -13,30 +14,30 @@
 
 namespace robomosp::csg_cgal {
 
-/// Built once, then only read. Triangles are sorted along a space-filling curve; four make a leaf
-/// and two boxes one of the next level, so that nothing but boxes is kept. Answers are supersets:
-/// boxes are rounded outwards. [any thread]
+/// Built once, then only read. Triangles are sorted along a space-filling curve; four form a leaf,
+/// and two boxes one of the next level, so that only boxes are stored. Results are supersets: boxes
+/// are rounded outwards. [any thread]
 class BoxTree {
  public:
   BoxTree() = default;
-  /// `slack`: corners may be off by so much [m].
+  /// `slack`: greatest error of the corners [m].
   BoxTree(std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 3>> triangles,
           double slack);
 
-  /// Calls see(own, other) for every pair of triangles whose boxes meet.
+  /// Calls see(own, other) for every pair of triangles with intersecting boxes.
   template <class See>
   void pairs(const BoxTree& other, See&& see) const;
-  /// Calls see(t, u) once for every pair of triangles whose boxes meet, of the part'th of `parts`
-  /// shares of about the same work.
+  /// Calls see(t, u) once for every pair of triangles with intersecting boxes, for the part'th of
+  /// `parts` portions of about equal work.
   template <class See>
   void pairs_within(std::size_t part, std::size_t parts, See&& see) const;
-  /// Calls see(t) for every triangle whose box meets this one.
+  /// Calls see(t) for every triangle with a box that intersects this one.
   template <class See>
   void meeting(const Box3& box, See&& see) const;
 
  private:
-  /// In metres from the origin_, rounded outwards; a fourth number that is 0 lets one instruction
-  /// compare all.
+  /// In metres from the origin_, rounded outwards; a fourth number, 0, allows comparing all by one
+  /// instruction.
   using Four = float __attribute__((vector_size(16)));
   struct Box {
     Four low, high;
@@ -71,7 +72,7 @@ class BoxTree {
   }
 
   Vec3 origin_{};
-  double reach_ = 0;                      ///< greatest number of origin and corners
+  double reach_ = 0;                      ///< greatest coordinate of origin and corners
   std::vector<std::uint32_t> order_;      ///< triangles along the curve
   std::vector<Box> boxes_;                ///< of the triangles in that order
   std::vector<std::vector<Box>> levels_;  ///< leaves first
@@ -109,7 +110,7 @@ void BoxTree::pairs(const BoxTree& other, See&& see) const {
 template <class See>
 void BoxTree::pairs_within(std::size_t part, std::size_t parts, See&& see) const {
   if (order_.empty()) return;
-  // Shares are subtrees of one level with all that comes after them.
+  // Portions are subtrees of one level with everything below.
   std::uint32_t split = root().level;
   while (split > 0 && levels_[split].size() < 4 * parts) --split;
   std::vector<std::pair<Place, Place>> open;

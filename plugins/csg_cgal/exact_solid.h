@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Solids bounded by triangles with exact corners (layer: plugin). No CGAL in here: what an exact
-// corner is made of is in exact_corners.h.
+// Solids bounded by triangles with exact corners (layer: plugin). Free of CGAL: the representation
+// of exact corners is in exact_corners.h.
 #pragma once
 
 #include <memory>
@@ -19,10 +19,10 @@ class ExactSolid {
 
   /// A closed mesh, oriented outwards, its corners on the grid.
   static ExactSolid from(PatchMesh mesh);
-  /// With its neighbours_of() and tree where they are known.
+  /// With its neighbours_of() and tree if known.
   static ExactSolid from(PatchMesh mesh, std::vector<Triangle> neighbours, BoxTree tree);
-  /// Exactly moved; `instance` tells the ids of the copies of one solid apart (0 = keep them). The
-  /// last copy is kept, with what was computed of it, for a drag moves one of many solids.
+  /// An exactly moved copy; `instance` distinguishes the ids of the copies of one solid (0 = keep
+  /// them). The last copy is cached with its derived data, since a drag moves one of many solids.
   [[nodiscard]] ExactSolid moved(const Affine& motion, std::uint64_t instance) const;
   /// Rounded to double.
   [[nodiscard]] const PatchMesh& mesh() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Finding equal things among many by hashing (layer: plugin).
+// Finds equal elements among many by hashing (layer: plugin).
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace robomosp::csg_cgal {
 
-/// For each of n things the first that is equal to it.
+/// For each of n elements the first that is equal to it.
 template <class Hash, class Equal>
 std::vector<std::uint32_t> first_equals(std::size_t n, Hash&& hash, Equal&& equal) {
   constexpr std::uint32_t kFree = ~0U;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Triangles that know which face of which primitive they belong to, and what surface that face
-// approximates (layer: plugin).
+// Triangles with their face of a primitive, and the surface approximated by that face (layer:
+// plugin).
 #pragma once
 
 #include <array>
@@ -25,14 +25,14 @@ struct Patch {
   double tube = 0;        ///< of a torus; of a cone: tangent of the angle between axis and side
   double deviation = 0;   ///< triangles lie within this distance of the surface [m]
   double area_error = 0;  ///< relative error of the patch's area
-  /// Of a free patch that came of another one by a stretch: where an offset from the surface along
-  /// the normal went, and how long the greatest was before [m].
+  /// For a free patch made from another one by stretching: the map of offsets from the surface
+  /// along the normal, and the greatest offset before [m].
   std::array<double, 9> stretch{1, 0, 0, 0, 1, 0, 0, 0, 1};
   double unstretched = 0;
 
-  /// A normal of the surface near p, either way round; zero where it has none.
+  /// A normal of the surface near p, of either direction; zero if there is none.
   [[nodiscard]] Vec3 normal(const Vec3& p) const;
-  /// How far triangles with the unit normal n are within or outside of the surface at most [m].
+  /// Greatest distance of triangles with the unit normal n inside or outside of the surface [m].
   [[nodiscard]] double depth(const Vec3& n) const;
   /// Distance of p from the surface [m]; 0 for a free one.
   [[nodiscard]] double distance(const Vec3& p) const;
@@ -64,7 +64,7 @@ struct Box3 {
             -std::numeric_limits<double>::infinity()};
   void add(const Vec3& p);
   void add(const Box3& b);
-  [[nodiscard]] bool meets(const Box3& b) const;  ///< also when they only touch
+  [[nodiscard]] bool meets(const Box3& b) const;  ///< also if they only touch
   [[nodiscard]] double diagonal() const;
 };
 [[nodiscard]] Box3 box_of(const PatchMesh& mesh);
@@ -72,11 +72,11 @@ struct Box3 {
 [[nodiscard]] double volume_of(const PatchMesh& mesh);
 /// Integrals over the polyhedron, with a bound of the error that its patches make.
 [[nodiscard]] Moments moments_of(const PatchMesh& mesh);
-/// For each side k of each triangle, from its corner k on, the triangle beyond. Nothing where a
-/// side is not shared by just two triangles that run along it in opposite directions.
+/// For each side k of each triangle, from its corner k on, the adjacent triangle. Nothing if a side
+/// is not shared by exactly two triangles that run along it in opposite directions.
 [[nodiscard]] std::optional<std::vector<Triangle>> neighbours_of(
     std::span<const Triangle> triangles, std::size_t corners);
-/// For every triangle the number of the connected part it belongs to; parts hang together by edges.
+/// For every triangle the number of its connected part; parts are connected by edges.
 [[nodiscard]] std::vector<std::uint32_t> parts_of(std::span<const Triangle> neighbours);
 
 }  // namespace robomosp::csg_cgal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Profiles as polygons whose sides know the curve they stand for (layer: plugin).
+// Profiles as polygons, with the curve approximated by each side (layer: plugin).
 #pragma once
 
 #include <cstdint>
@@ -31,11 +31,11 @@ struct Outline {
 
 /// Number of sides that keep a full circle within the chord; a multiple of 4.
 int circle_sides(double radius);
-/// How much farther out than the radius the corners of a polygon with this angle a side lie, so
-/// that it has the circle's area.
+/// Ratio by which the corners of a polygon with this angle per side lie outside the radius, so that
+/// it has the circle's area.
 double equal_area(double angle_of_side);
-/// Points of an arc about the origin from angle `from`, without the last one: its ends lie on it,
-/// the points between so far out that the area is the sector's.
+/// Points of an arc about the origin from angle `from`, without the last one: its ends lie on the
+/// arc, the points between outside of it so that the area is the sector's.
 std::vector<Point2> arc_points(double radius, double from, double sweep, int sides);
 
 /// `loop 2`, counted from 1.
@@ -43,7 +43,7 @@ std::string loop_text(std::size_t loop);
 /// Which loops cross or touch, for a message.
 std::string conflict_text(const std::vector<std::vector<Point2>>& loops);
 
-/// The profile's loops as polygons, not yet oriented; the error says what is wrong with it.
+/// The profile's loops as polygons, not yet oriented; the error describes its fault.
 Result<Outline> outline_of(const CsgProfile& profile);
 
 }  // namespace robomosp::csg_cgal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which side of a plane: in double with a bound of the error, for what need not be known when it is
-// close (layer: plugin).
+// Side of a plane in double precision with an error bound, for tests that may be undecided near it
+// (layer: plugin).
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace robomosp::csg_cgal {
 
-/// Part of the product of the greatest lengths along the axes that rounding adds to a determinant
-/// at most; 5.1e-15 by Shewchuk's count of the operations.
+/// Greatest rounding error of a determinant, relative to the product of the greatest lengths along
+/// the axes; 5.1e-15 by Shewchuk's count of the operations.
 inline constexpr double kDeterminantError = 1e-14;
 
-/// The sign of (b - a) x (c - a) . (p - a), or 0 where it is not certain. Corners may be off by
+/// The sign of (b - a) x (c - a) . (p - a), or 0 if it is uncertain. Corners have errors of up to
 /// `slack` along each axis [m].
 inline int sure_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p, double slack) {
   const Vec3 u = b - a, v = c - a, w = p - a;
@@ -25,7 +25,7 @@ inline int sure_side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p,
     product *= m;
     longest = std::max(longest, m);
   }
-  // Nine entries, each off by two slacks, times two others of at most `longest`, twice.
+  // Nine entries, each wrong by two slacks, times two others of at most `longest`, twice.
   const double moved = longest + 2 * slack;
   const double error = kDeterminantError * product + (slack > 0 ? 36 * slack * moved * moved : 0);
   return d > error ? 1 : d < -error ? -1 : 0;

@@ -52,21 +52,21 @@ struct Affine {
   [[nodiscard]] bool is_identity() const;
   [[nodiscard]] bool is_translation() const;
   [[nodiscard]] bool is_mirrored() const;
-  /// How much lengths change at least and at most; `is_even` = all change alike.
+  /// Least and greatest factor of length changes; `is_even` = equal in all directions.
   struct Stretch {
     double least = 1, greatest = 1;
     bool is_even = true;
   };
   [[nodiscard]] Stretch stretch() const;
-  /// Of a plane whose normal is `n`.
+  /// The normal of the image of a plane with normal `n`.
   [[nodiscard]] Vec3 turn_normal(const Vec3& n) const;
 };
 
 inline constexpr double kRigid = 1e-9;  ///< how far a rotation may be from orthonormal
 
-/// The placement, or nothing when it is not a finite rigid motion.
+/// The placement, or nothing if it is not a finite rigid motion.
 std::optional<Affine> to_affine(const Pose& pose);
-/// Quarter turns are exact and translations on the grid.
+/// Makes quarter turns exact and rounds translations to the grid.
 Affine cleaned(Affine a);
 
 /// Mixes a number into a key.
@@ -76,7 +76,7 @@ std::uint64_t mixed(std::uint64_t key, std::string_view text);
 /// `0.05 mm`, three digits.
 std::string millimetres_text(double metres);
 
-/// Thrown inside the engine when the user asks to stop; guarded() catches it.
+/// Thrown inside the engine on cancellation; guarded() catches it.
 struct Cancelled {};
 inline void stop_if_cancelled(const Progress& progress) {
   if (progress.cancelled()) throw Cancelled{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plane cut up by the borders of regions: exact where borders coincide or touch, refused where
-// they nearly do (layer: plugin, std only). Lengths in millimetres.
+// The partition of the plane by the borders of regions: exact if borders coincide or touch, refused
+// if they nearly do (layer: plugin, std only). Lengths in millimetres.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ struct Point2 {
   double x = 0, y = 0;
 };
 
-/// A straight or circular part of a region's border. Which side the region is on does not matter:
-/// crossing the border once leads from outside to inside.
+/// A straight or circular part of a region's border. The side of the region does not matter:
+/// crossing the border once changes between outside and inside.
 struct BorderPiece {
   std::uint32_t region = 0;
   Point2 from, to;  ///< equal for a whole circle
@@ -36,7 +36,7 @@ struct Arrangement {
     double radius = 0;
     std::vector<std::uint32_t> edges;  ///< in order; gaps are possible
   };
-  /// Runs along its carrier. A circle that nothing meets is one edge from a vertex to itself.
+  /// Runs along its carrier. A circle without intersections is one edge from a vertex to itself.
   struct Edge {
     std::uint32_t carrier = 0, from = 0, to = 0;
     double start = 0, end = 0;          ///< on the carrier; end > start
@@ -44,9 +44,9 @@ struct Arrangement {
   };
   struct Vertex {
     Point2 p;
-    std::vector<std::uint32_t> edges;  ///< that start or end here; a loop counts twice
+    std::vector<std::uint32_t> edges;  ///< that begin or end here; a loop counts twice
   };
-  /// A connected part of the plane that no border crosses. Cell 0 is the unbounded one.
+  /// A connected part of the plane without borders inside. Cell 0 is the unbounded one.
   struct Cell {
     double area = 0;
     std::vector<std::uint32_t> regions;  ///< that cover it, ascending
@@ -57,15 +57,15 @@ struct Arrangement {
   std::vector<Cell> cells;
 };
 
-/// Points nearer than this are one point, a gap between borders less than this is none.
+/// Points nearer than this are identical, and narrower gaps between borders do not exist.
 inline constexpr double kSamePlace = 1e-8;
-/// Nothing may come nearer than this to anything it does not touch.
+/// Least distance between disjoint elements.
 inline constexpr double kClearance = 1e-5;
-/// Borders cross at no smaller angle [rad] than this.
+/// Least angle of crossing borders [rad].
 inline constexpr double kLeastCrossing = 1e-3;
 
-/// Nothing when the borders are too close to a degenerate position to be sure of the outcome, when
-/// they cut the plane into so many pieces that other ways are quicker, or when it was cancelled.
+/// Nothing if the borders are too close to a degenerate position to be certain of the result, if
+/// they cut the plane into so many pieces that other methods are faster, or if it was cancelled.
 std::optional<Arrangement> arrange(const std::vector<BorderPiece>& borders,
                                    const Progress& progress);
 

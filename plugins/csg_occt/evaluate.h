@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluates a Plan term by term through a bounded cache of finished terms, so that an edit costs
+// Evaluates a Plan term by term with a bounded cache of finished terms, so that an edit recomputes
 // only the terms above it (layer: plugin).
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace robomosp::csg_occt {
 
-/// A remark about an item, named by the way from the term to it, because names are not content.
+/// A remark about an item, located by the path from the term to it, because names are not content.
 struct Note {
   std::vector<std::uint32_t> path;  ///< item numbers from the term downwards
   std::string text;
@@ -35,8 +35,8 @@ class TermCache {
   explicit TermCache(std::size_t limit) : limit_(limit) {}
   ValuePtr find(const Key& key);
   void put(const Key& key, ValuePtr value);
-  /// The item keys with which an operation on the same first item was last evaluated; replaces
-  /// them by `now`.
+  /// Returns the item keys of the last evaluation of an operation on the same first item, and
+  /// replaces them by `now`.
   std::vector<Key> exchange_recent(const Key& context, std::vector<Key> now);
 
  private:
@@ -51,8 +51,8 @@ class TermCache {
   std::unordered_map<Key, std::vector<Key>, KeyHash> recent_;
 };
 
-/// When the shortcut for prisms (prismatic.h) is taken. `only` is for tests: a tree that it does
-/// not apply to is an error, and what it makes is checked as the results of the general way are.
+/// When to use the shortcut for prisms (prismatic.h). `only` is for tests: a tree that it does not
+/// apply to is an error, and its results are checked like those of the general method.
 enum class Shortcut { on, off, only };
 
 /// The value of the plan's root term. Errors name the node of `tree`.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shortcut for prisms along one direction: their unions, differences and intersections are
-// worked out in the plane, slab by slab, and the boundary is built from that (layer: plugin).
+// computed in the plane, slab by slab, and the boundary is built from the result (layer: plugin).
 #pragma once
 
 #include <optional>
@@ -15,9 +15,9 @@ struct PrismaticOutcome {
   std::vector<Note> notes;
 };
 
-/// Nothing when some operand is no prism, the directions differ, the outcome is empty or is not a
-/// plain closed surface (solids that touch along an edge), or positions are too close to
-/// degenerate: then the general way has to decide. `looked_at` is the number of terms this took.
+/// Nothing if some operand is not a prism, the directions differ, the result is empty or not a
+/// simple closed surface (solids that touch along an edge), or positions are nearly degenerate:
+/// then the general method must decide. `looked_at` is the number of terms examined.
 std::optional<PrismaticOutcome> build_prismatic(const Plan& plan, std::size_t term,
                                                 FaceMemory& faces, const Progress& progress,
                                                 std::size_t& looked_at);

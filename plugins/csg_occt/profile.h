@@ -14,8 +14,8 @@
 
 namespace robomosp::csg_occt {
 
-/// The cubic through points that has continuous curvature, none at its ends, and chord lengths as
-/// parameters; at least two points, no two successive ones equal.
+/// The cubic spline through points with continuous curvature, zero curvature at its ends, and chord
+/// lengths as parameters; at least two points, with no two successive ones equal.
 class NaturalSpline {
  public:
   explicit NaturalSpline(const std::vector<gp_XY>& points);
@@ -34,7 +34,7 @@ class NaturalSpline {
 
 struct ProfileUse {
   gp_Pln plane;              ///< where the profile's x and y lie [mm]
-  bool is_revolved = false;  ///< about its y axis: no point may lie left of that
+  bool is_revolved = false;  ///< about its y axis: no point may lie to the left of it
 };
 
 struct Region {
@@ -43,8 +43,8 @@ struct Region {
   double moment_x = 0;  ///< integral of x over the area [mm^3]
 };
 
-/// One face per region with its holes; the loops have been found neither to cross nor to touch.
-/// Errors say which loop and curve, counted from 1, and lack the place.
+/// One face per region with its holes; the loops were checked not to cross or touch. Errors name
+/// loop and curve, counted from 1, and have no location.
 Result<std::vector<Region>> profile_regions(const CsgProfile& profile, const ProfileUse& use,
                                             const Progress& progress);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may touch topology when: meshing writes triangles and polygons into faces and edges, and
-// booleans write flags, so solids that share topology take turns and others do not (layer: plugin).
+// Serialises access to topology: meshing writes triangles and polygons into faces and edges, and
+// Booleans write flags, so solids that share topology take turns, while others run in parallel
+// (layer: plugin).
 #pragma once
 
 #include <algorithm>
@@ -17,8 +18,8 @@
 
 namespace robomosp::csg_occt {
 
-/// Numbers of the primitives a solid was made from, ascending. Solids whose lineages have no
-/// number in common share no topology.
+/// Numbers of the primitives from which a solid was made, ascending. Solids with disjoint lineages
+/// share no topology.
 using Lineage = std::vector<std::uint64_t>;
 
 inline void merge(Lineage& into, const Lineage& other) {
@@ -28,8 +29,8 @@ inline void merge(Lineage& into, const Lineage& other) {
   into = std::move(both);
 }
 
-/// One claim per lineage at a time, in order of arrival. A thread holds at most one claim.
-/// [any thread]
+/// One claim per lineage at a time, in order of arrival. A thread holds at most one claim. [any
+/// thread]
 class TopologyGate {
  private:
   using Queue = std::list<Lineage>;
@@ -57,7 +58,7 @@ class TopologyGate {
     return ++last_number_;
   }
 
-  /// Waits for its turn; an empty claim means that the user cancelled.
+  /// Waits for its turn; an empty claim means cancellation.
   Claim claim(Lineage lineage, const Progress& progress) {
     std::unique_lock lock(mutex_);
     queue_.push_back(std::move(lineage));
@@ -98,7 +99,7 @@ class TopologyGate {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  Queue queue_;  // holders and those that wait, in order of arrival
+  Queue queue_;  // holders and waiting claims, in order of arrival
   std::uint64_t last_number_ = 0;
 };
 

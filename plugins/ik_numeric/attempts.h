@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Searches for one whole pose of a chain of simple joints, many targets and many starts in the
-// lanes of the processor (layer: plugin). The answer for a target is that of its first start that
-// leads there, so that it is the same alone, in a batch and on every width of processor.
+// Searches for one whole pose of a chain of simple joints, with many targets and many starts in the
+// lanes of the processor (layer: plugin). The solution for a target is that of its first successful
+// start, so that it is the same alone, in a batch and for every vector width.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 
 namespace robomosp::ik_numeric {
 
-/// Configurations all over the joint space with their poses: a search that starts at the one whose
-/// pose is nearest to the target is short and seldom runs into a limit.
+/// Configurations throughout the joint space with their poses: a search from the one with the pose
+/// nearest to the target is short and seldom reaches a limit.
 class StartTable {
  public:
   StartTable(const Chain& chain, std::uint64_t seed);
   static constexpr int kSize = 512;
-  /// How far the pose of every entry is from the target, weighted as the search does.
+  /// Distance of the pose of every entry from the target, weighted as in the search.
   void distances(const Pose& target, std::span<float> out) const;
   [[nodiscard]] const double* configuration(int i) const {
     return q_.data() + static_cast<std::size_t>(i) * joints_;
@@ -34,12 +34,12 @@ class StartTable {
   std::vector<float> features_;  ///< feature-major, so that all entries are compared at once
 };
 
-/// What is left of one target.
+/// State of one target.
 struct Attempted {
   bool reached = false, ended_early = false;
   int iterations = 0;
-  double cost = 0;        ///< of the closest ending
-  std::vector<double> q;  ///< of the answer or the closest ending, one value a path joint
+  double cost = 0;        ///< of the closest end of a search
+  std::vector<double> q;  ///< of the solution or the closest end, one value per path joint
 };
 
 struct AttemptOptions {
@@ -49,7 +49,7 @@ struct AttemptOptions {
 };
 
 /// Solves all targets: attempt 0 starts at starts[i], later ones, up to restarts[i], elsewhere.
-/// False when cancelled.
+/// False on cancellation.
 bool attempt(const Chain& chain, const StartTable& table, const AttemptOptions& options,
              std::span<const Pose> targets, std::span<const double> starts,
              std::span<const int> restarts, std::span<Attempted> out, Progress& progress);

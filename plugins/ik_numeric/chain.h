@@ -9,34 +9,35 @@
 
 namespace robomosp::ik_numeric {
 
-/// One joint on the way to the tip.
+/// One joint on the path to the tip.
 struct PathJoint {
   Pose placement;  ///< previous-path-joint_T_joint at q = 0
   double lower = 0, upper = 0;
-  double unit = 1;        ///< one step of the search: 1 rad, or the chain's length for slides [m]
+  double unit = 1;        ///< step unit of the search: 1 rad, or the chain's length for prismatic
+                          ///< joints [m]
   std::size_t index = 0;  ///< in RobotModel::joints
   JointType type = JointType::revolute;
 };
 
-/// What the search needs of a mechanism, for one tip. Immutable after make_chain.
+/// Data of a mechanism for the search, for one tip. Immutable after make_chain.
 struct Chain {
   std::vector<PathJoint> joints;
-  Pose first;         ///< base_T_tip when no joint carries the tip
+  Pose first;         ///< base_T_tip if no joint carries the tip
   Pose tool;          ///< last joint_T_tip
   double length = 1;  ///< sum of the distances between the joints, > 0 [m]
-  double slide = 0;   ///< how far all slides together can move from q = 0; may be infinite [m]
+  double slide = 0;   ///< total range of all prismatic joints from q = 0; may be infinite [m]
   [[nodiscard]] std::size_t size() const { return joints.size(); }
 };
 
 [[nodiscard]] Chain make_chain(const RobotModel& model, std::size_t tip);
 
-/// Frames along the chain for q (one entry a path joint); returns base_T_tip.
+/// Frames along the chain for q (one entry per path joint); returns base_T_tip.
 Pose forward(const Chain& chain, std::span<const double> q, std::span<Pose> frames);
 
-/// Where searches may start: the limits, or one turn or chain length where there is none.
+/// Range of initial values: the limits, or one turn or chain length if unlimited.
 [[nodiscard]] double start_bound(const PathJoint& joint, bool upper);
 
-/// A distance that base_T_tip's origin certainly stays away from `target` [m]; 0 = may be reached.
+/// A lower bound of the distance of base_T_tip's origin from `target` [m]; 0 = may be reached.
 [[nodiscard]] double certain_gap(const Chain& chain, const Vec3& target);
 
 }  // namespace robomosp::ik_numeric

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fast search itself, for one vector width (layer: plugin): Levenberg-Marquardt on the
-// base-referred Jacobian within the joint limits, with a damping that vanishes with the error, so
-// that it ends as Newton's method (Sugihara, IEEE T-RO 27(5), 2011; limits by an active set).
-// Included once by each lanes_*.cpp with RMP_LANES and RMP_LANE_SPACE set. Nothing of the standard
+// The fast search for one vector width (layer: plugin): Levenberg-Marquardt on the base-referred
+// Jacobian within the joint limits, with a damping that vanishes with the error, so that it
+// converges like Newton's method (Sugihara, IEEE T-RO 27(5), 2011; limits by an active set).
+// Included once by each lanes_*.cpp with RMP_LANES and RMP_LANE_SPACE set. Without the standard
 // library: an inline function compiled here would be linked into code for older processors.
 #include "lanes.h"
 
@@ -30,8 +30,8 @@ static inline bool any(Mask m) {
   return o != 0;
 }
 
-// Sine and cosine: reduced by pi/2 in three parts (Cody and Waite), then Taylor's series up to
-// x^15 and x^16, whose rest on [-pi/4, pi/4] is below 1e-16.
+// Sine and cosine: reduced by pi/2 in three parts (Cody and Waite), then Taylor's series up to x^15
+// and x^16, with a remainder below 1e-16 on [-pi/4, pi/4].
 static inline void sine_cosine(Wide x, Wide& sine, Wide& cosine) {
   const double magic = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to a whole number
   const Wide turned = x * 0.63661977236758134308 + magic;
@@ -132,7 +132,7 @@ static void evaluate(const LaneChain& chain, const Wide* q, const Target& target
     out.e[i] = d * f;
   }
   // D = R_target R^T: twice its axial vector is 2 sin(angle) axis, its trace 1 + 2 cos(angle). The
-  // chord 2 sin(angle / 2) needs no arctangent and grows up to the half turn.
+  // chord 2 sin(angle / 2) needs no arctangent and increases up to half a turn.
   const auto element = [&](int r, int c) {
     return target.R[3 * r] * R[3 * c] + target.R[3 * r + 1] * R[3 * c + 1] +
            target.R[3 * r + 2] * R[3 * c + 2];
@@ -146,7 +146,7 @@ static void evaluate(const LaneChain& chain, const Wide* q, const Target& target
   out.e[3] = (d21 - d12) * g, out.e[4] = (d02 - d20) * g, out.e[5] = (d10 - d01) * g;
   const Mask half = h < 1e-6;
   if (any(half)) {
-    // Near the half turn the axis is read from D + 1, whose columns are along it.
+    // Near half a turn the axis is taken from the columns of D + 1, which are parallel to it.
     const Wide a = d00 + 1.0, b = d11 + 1.0, c = d22 + 1.0;
     const Mask first = (a >= b) & (a >= c), second = b >= c;
     const Wide x = first ? a : second ? d01 + d10 : d02 + d20;
@@ -201,7 +201,7 @@ static void damped_step(int n, const Wide* columns, const Wide* free, const Wide
   }
 }
 
-// Joints that stand at a limit and would leave it are held; the step is found again without them.
+// Joints at a limit that would leave it are held; the step is recomputed without them.
 static void limited_step(const LaneChain& chain, const Wide* q, const Wide* columns, const Error& e,
                          Wide damping, Wide* free, Wide* step) {
   const int n = chain.size;
@@ -241,7 +241,7 @@ static void run(const LaneChain& chain, const LaneOptions& o, LaneWork& work, do
   for (int i = 0; i < 3; ++i) target.p[i] = all(0);
   for (int i = 0; i < 6; ++i) at.e[i] = all(0);
   at.place = at.turn = at.cost = all(1);
-  // A new search begins with an endless error: its first step has no length, and is taken.
+  // A new search begins with an infinite error: its first step has length zero, and is accepted.
   const double endless = 1e300;
   const auto load = [&](int l) {
     double R[9], p[3];
@@ -283,11 +283,11 @@ static void run(const LaneChain& chain, const LaneOptions& o, LaneWork& work, do
     const Mask reached = (at.place <= place) & (at.turn <= turn);
     trust =
         better ? most(all(1e-3), gain > 0.5 ? trust * 0.2 : trust) : most(trust, all(1e-2)) * 8.0;
-    // Creeping along a valley whose floor is not zero: a closest pose, not a solution.
+    // Slow progress along a valley with a nonzero minimum: a closest pose, not a solution.
     const Mask stuck = ~reached & ((better & (gain < 1e-4) & (moved < 1e-3)) |
                                    (~better & ((moved < 1e-12) | (trust > 1e9))));
     const Mask creeps = gain < 0.3;
-    // Within tolerance one more Newton step brings the answer to rounding.
+    // Within tolerance, one more Newton step reduces the error to rounding.
     const Mask good = reached & (was_reached | ~better | (at.cost < 1e-28));
     bool ended = false;
     for (int l = 0; l < kWidth; ++l) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the general search needs of a mechanism: limits and steps of its velocities, moving a
+// Data of a mechanism for the general search: limits and steps of its velocities, motion of a
 // configuration, frames and their Jacobians; any tree, any joint type (layer: plugin).
 #pragma once
 
@@ -17,10 +17,10 @@ namespace robomosp::ik_numeric {
 
 /// One entry of qd.
 struct Velocity {
-  std::size_t joint = 0;  ///< that owns it, in RobotModel::joints
-  std::int32_t q = -1;    ///< its entry in q when it is the rate of one; -1 for balls and bodies
-  double lower = 0, upper = 0;  ///< of that entry; coupled joints' limits counted in
-  double unit = 1;              ///< one step of the search: 1 rad, or the mechanism's length [m]
+  std::size_t joint = 0;        ///< its joint, in RobotModel::joints
+  std::int32_t q = -1;          ///< entry of q with this rate; -1 for balls and free bodies
+  double lower = 0, upper = 0;  ///< of that entry; including limits of coupled joints
+  double unit = 1;              ///< step unit of the search: 1 rad, or the mechanism's length [m]
   bool turns = true;
 };
 
@@ -33,15 +33,15 @@ struct Mechanism {
 
 [[nodiscard]] Mechanism make_mechanism(const RobotModel& model);
 
-/// q after the velocities `step` for one second, within the limits when asked.
+/// q after moving with the velocities `step` for one second, within the limits if requested.
 void advance(const Mechanism& m, std::span<const double> step, bool limits, std::span<double> q);
 
-/// The middle of the limits, 0 where there are none, no turn for balls and bodies.
+/// The middle of the limits, 0 for unlimited joints, the identity for balls and free bodies.
 [[nodiscard]] std::vector<double> middle_configuration(const Mechanism& m);
-/// Within the limits; a turn or the mechanism's length where there are none.
+/// Within the limits; within a turn or the mechanism's length for unlimited joints.
 void random_configuration(const Mechanism& m, Random& random, std::span<double> q);
 
-/// q with limits and unit quaternions restored; a quaternion of no length becomes no turn.
+/// q with limits and unit quaternions restored; a zero quaternion becomes the identity.
 void mend(const Mechanism& m, std::span<double> q);
 
 /// base_T_joint of all joints.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two ways to an answer (layer: plugin): FastSolver for the whole pose of one tip of a chain of
-// simple joints, GeneralSolver for everything else. One solve call's; nothing is shared between
-// threads.
+// The two solution methods (layer: plugin): FastSolver for the whole pose of one tip of a chain of
+// simple joints, GeneralSolver for everything else. One object per solve call; nothing is shared
+// between threads.
 #pragma once
 
 #include <cstdint>
@@ -25,18 +25,18 @@ struct SolverOptions {
   }
 };
 
-/// How many solutions are looked for at most.
+/// Most solutions searched for.
 inline constexpr std::size_t kMostSolutions = 64;
 
 class FastSolver {
  public:
   FastSolver(const Mechanism& m, const Chain& chain, const StartTable& table, std::size_t tip,
              const SolverOptions& options, Progress& progress);
-  /// Independent targets; `seeds` has one configuration a target, within the limits.
+  /// Independent targets; `seeds` has one configuration per target, within the limits.
   void solve(std::span<const Pose> targets, std::span<const double> seeds, std::span<IkResult> out);
   /// All solutions for one target.
   void solve_all(const Pose& target, std::span<const double> seed, IkResult& out);
-  /// The next sample of a path: from q, on its branch; q becomes the answer.
+  /// The next sample of a path: from q, on its branch; q becomes the solution.
   void follow(const Pose& target, std::span<double> q, IkResult& out);
   [[nodiscard]] bool cancelled() const { return cancelled_; }
 
@@ -67,7 +67,7 @@ class GeneralSolver {
  public:
   GeneralSolver(const Mechanism& m, std::span<const IkGoal> goals, const SolverOptions& options,
                 IkObjective objective, const ClearanceField* clearance, Progress& progress);
-  /// One target a goal; q is the seed and becomes the first answer.
+  /// One target per goal; q is the seed and becomes the first solution.
   void solve(std::span<const Pose> targets, bool all, std::vector<double>& q, IkResult& out);
   void follow(std::span<const Pose> targets, std::vector<double>& q, IkResult& out);
   [[nodiscard]] bool cancelled() const { return cancelled_; }

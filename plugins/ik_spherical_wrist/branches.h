@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which branch a configuration of a 6R arm is: shoulder, elbow, wrist (layer: plugin).
+// Determines the branch of a configuration of a 6R arm: shoulder, elbow, wrist (layer: plugin).
 #pragma once
 
 #include <span>
@@ -10,8 +10,8 @@
 
 namespace robomosp::ik_spherical_wrist {
 
-/// Shoulder, elbow and wrist where axes 2 and 3 are parallel; else the wrist alone, as the up to
-/// four ways of the first three joints have no signs that tell them apart.
+/// Shoulder, elbow and wrist if axes 2 and 3 are parallel; else the wrist alone, since no signs
+/// distinguish the up to four solutions for the first three joints.
 [[nodiscard]] std::span<const IkBranchChoice> branch_choices(const Family& family);
 /// IkBranches::measure of one configuration, given as six angles [rad].
 void measure_branch(const Family& family, std::span<const double> q, std::span<double> out);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which closed form a 6R arm has, known from its joint axes, and the constants of it
-// (layer: plugin).
+// The closed form of a 6R arm, recognised from its joint axes, and its constants (layer: plugin).
 #pragma once
 
 #include <array>
@@ -12,8 +11,8 @@
 
 namespace robomosp::ik_spherical_wrist {
 
-/// Axes count as parallel or perpendicular below this sine or cosine of their angle, and as meeting
-/// below this distance per arm length.
+/// Axes count as parallel or perpendicular below this sine or cosine of their angle, and as
+/// intersecting below this distance per arm length.
 inline constexpr double kSame = 1e-9;
 
 enum class Form {
@@ -44,14 +43,14 @@ struct ParallelArm {
 struct Family {
   Form form = Form::general;
   spatial::SerialArm arm;
-  Vec3 wrist{};      ///< where the wrist axes meet at q = 0, in the base [m]
+  Vec3 wrist{};      ///< intersection of the wrist axes at q = 0, in the base [m]
   Vec3 tip_wrist{};  ///< the same point in the tip frame [m]
   ParallelArm lanes;
   bool right_wrist = false;  ///< axis 5 is perpendicular to axes 4 and 6
   bool names_arm = false;    ///< shoulder and elbow have signs: axes 2 and 3 are parallel
 };
 
-/// Recognises the arm of one tip; an error is one sentence that says which condition fails.
+/// Recognises the arm of one tip; an error is one sentence with the violated condition.
 [[nodiscard]] Result<Family> recognise(const RobotModel& model, std::size_t tip);
 
 }  // namespace robomosp::ik_spherical_wrist

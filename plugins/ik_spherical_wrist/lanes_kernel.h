@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of lanes_kernel.cpp, one an instruction set (layer: plugin).
+// The kernels of lanes_kernel.cpp, one per instruction set (layer: plugin).
 #pragma once
 
 #include "candidates.h"
@@ -17,16 +17,18 @@ struct LaneQuestions {
   std::size_t count;
 };
 
-/// Places of the joints at q = 0 each in the one before, then the tool: 12 numbers each.
+/// Placements of the joints at q = 0, each relative to the previous one, then the tool: 12 numbers
+/// each.
 using ArmPlaces = std::array<double, 7 * 12>;
 
 /// The kernels of one instruction set.
 struct LaneSolver {
-  /// Fills all lanes of all questions, but for `rank`.
+  /// Fills all lanes of all requests, except `rank`.
   void (*solve)(const ParallelArm& arm, const LaneQuestions& questions, Candidates* out);
   void (*rank)(Candidates* candidates, std::size_t count);  ///< fills Candidates::rank
-  /// Distance of the tip at q (6 angles a sample) from the targets [m], and the sum of the squared
-  /// differences of the rotation matrices' elements; rooms for kTogether samples.
+  /// Distance of the tip at q (6 angles per sample) from the targets [m], and the sum of the
+  /// squared differences of the rotation matrices' elements; arrays have space for kTogether
+  /// samples.
   void (*measure)(const ArmPlaces& places, const LaneQuestions& questions, const double* q,
                   double* distance, double* square);
 };

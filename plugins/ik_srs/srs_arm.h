@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// 7R arms of a spherical shoulder, an elbow and a spherical wrist: configurations by branch and arm
-// angle, and the arm angles that joint limits leave (layer: plugin).
+// 7R arms with a spherical shoulder, an elbow and a spherical wrist: configurations by branch and
+// arm angle, and the arm angles permitted by joint limits (layer: plugin).
 #pragma once
 
 #include <array>
@@ -18,26 +18,26 @@ inline constexpr double kPi = std::numbers::pi, kTurn = 2 * kPi;
 
 using Angles = std::array<double, 7>;
 
-/// Three axes that meet at right angles: R1 R2 R3 = to^T Rz(q1) Ry(q2 + bend) Rz(q3) from.
+/// Three axes that intersect at right angles: R1 R2 R3 = to^T Rz(q1) Ry(q2 + bend) Rz(q3) from.
 struct Ball {
   std::array<double, 9> to{};    ///< row-major, rows x, y, z: z along the first axis, y the second
-  std::array<double, 9> from{};  ///< the same, turned by `bend` about y
+  std::array<double, 9> from{};  ///< the same, rotated by `bend` about y
   double bend = 0;               ///< angle from the first to the third axis at q = 0 [rad]
 };
 
 struct SrsArm {
   spatial::SerialArm arm;
-  Vec3 shoulder{}, wrist{};  ///< where the axes meet at q = 0, in the base [m]
+  Vec3 shoulder{}, wrist{};  ///< intersection of the axes at q = 0, in the base [m]
   Vec3 tip_wrist{};          ///< the wrist in the tip frame [m]
   Vec3 upper{}, fore{};      ///< shoulder to elbow, elbow to wrist at q = 0 [m]
-  Vec3 reference{};          ///< unit, across axis 1: zero of the arm angle above the shoulder
+  Vec3 reference{};          ///< unit, normal to axis 1: zero of the arm angle above the shoulder
   Ball first, last;
-  double upper_across = 0, fore_across = 0;  ///< lengths across axis 4 [m]
+  double upper_across = 0, fore_across = 0;  ///< lengths normal to axis 4 [m]
   double offset = 0;                         ///< of the wrist from the shoulder along axis 4 [m]
   double least = 0, most = 0;                ///< distances from shoulder to wrist [m]
 };
 
-/// Recognises the arm of one tip; an error is one sentence that says which condition fails.
+/// Recognises the arm of one tip; an error is one sentence with the violated condition.
 [[nodiscard]] Result<SrsArm> recognise(const RobotModel& model, std::size_t tip);
 
 /// An angle span [from, to] with from <= to; a full turn when to - from = 2 pi.
@@ -45,23 +45,23 @@ struct Interval {
   double from = 0, to = 0;
 };
 
-/// One target, prepared: what does not depend on arm angle and branch. The arm angle turns the
+/// One target, prepared: the data independent of arm angle and branch. The arm angle rotates the
 /// elbow about the line from shoulder to wrist, right-handed; at 0 the elbow is in the plane of
-/// that line and axis 1, on the side that axis 1 points to.
+/// that line and axis 1, on the side to which axis 1 points.
 class SrsTarget {
  public:
   /// `near`: angles kept where a shoulder or wrist is stretched.
   SrsTarget(const SrsArm& arm, const Pose& target, const Angles& near);
 
-  /// What is missing of the way from shoulder to wrist [m]: 0 = within reach.
+  /// Distance by which the wrist is out of reach [m]: 0 = within reach.
   [[nodiscard]] double gap() const { return gap_; }
 
   /// Branch bits: 1 elbow, 2 shoulder, 4 wrist. Angles in -pi .. pi.
   [[nodiscard]] Angles at(unsigned branch, double arm_angle) const;
 
-  /// Arm angles of -pi .. pi for which all joints but the elbow are within limits, rising; empty
-  /// when there are none or the elbow is not. Ends are where a joint meets a limit: roots of
-  /// a cos + b sin = c (Shimizu et al., IEEE T-RO 24, 2008).
+  /// Arm angles in -pi .. pi for which all joints but the elbow are within limits, ascending; empty
+  /// if there are none or the elbow violates its limits. Interval ends are where a joint reaches a
+  /// limit: roots of a cos + b sin = c (Shimizu et al., IEEE T-RO 24, 2008).
   [[nodiscard]] std::vector<Interval> feasible(unsigned branch) const;
 
   [[nodiscard]] bool within_limits(const Angles& q) const;
@@ -84,9 +84,8 @@ class SrsTarget {
   Elbow elbow_[2];
 };
 
-/// Which branch a configuration is, each from -1 to 1: shoulder (right above 0), elbow (up above
-/// 0), wrist (flipped below 0); the signs of joints 2, 4 and 6, counted from where the arm is
-/// straight.
+/// The branch of a configuration, each from -1 to 1: shoulder (right above 0), elbow (up above 0),
+/// wrist (flipped below 0); the signs of joints 2, 4 and 6, measured from the stretched arm.
 [[nodiscard]] std::array<double, 3> branch_measures(const SrsArm& arm, const Angles& q);
 
 /// The arm angle of a configuration [rad].

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the tree to the typed program: names, types, constants (layer: data processing, plugin irl).
+// Builds the typed program from the tree: names, types, constants (layer: data processing, plugin
+// irl).
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@
 
 namespace robomosp::irl {
 
-/// What a name of a source means.
+/// A use of a name in a source.
 struct Use {
   enum Kind : std::uint8_t { symbol, field, attribute };
   std::uint32_t file = 0, begin = 0, end = 0;
@@ -31,11 +32,11 @@ struct Use {
   bool is_declaration = false;
 };
 
-/// How much of a program is looked at.
+/// How much of a program is checked.
 enum class Depth : std::uint8_t {
   all,
   declarations,
-  heads  ///< of declarations alone the tree is made, too
+  heads  ///< of declarations only; the tree is limited to them, too
 };
 
 class Checker {
@@ -43,14 +44,14 @@ class Checker {
   using Id = std::uint32_t;
   Checker(ProgramTables& out, Names& names, Faults& faults, std::span<const SourceFile> files,
           Progress& progress);
-  /// Before run(): what the program's variables and constants begin with.
+  /// Before run(): sets initial values of the program's variables and constants.
   void give(std::span<const GivenValue> values) { given_ = values; }
-  /// Reads and checks the first file and what it names. False = it was cancelled.
+  /// Reads and checks the first file and those it names. False = cancelled.
   bool run();
 
-  /// From now on every name is put there, as it is met, some more than once.
+  /// From now on, records every name as it is encountered, some more than once.
   void tell_uses(std::vector<Use>& to) { uses_ = &to; }
-  /// Before run(): statements are left alone.
+  /// Before run(): skips statements.
   void look_at(Depth depth) { depth_ = depth; }
   [[nodiscard]] std::deque<Source>& sources() { return sources_; }
   /// By scope: number of a name -> symbol.
@@ -59,15 +60,15 @@ class Checker {
   }
   [[nodiscard]] const std::vector<Id>& field_names() const { return field_names_; }
   [[nodiscard]] const std::vector<Id>& symbol_names() const { return symbol_names_; }
-  /// As faults name it; kNone = "?".
+  /// As shown in messages; kNone = "?".
   [[nodiscard]] std::string shown_type(Id type) const { return shown(type); }
 
  private:
-  static constexpr Id kBad = kNone;  ///< type of what has been said to be wrong
+  static constexpr Id kBad = kNone;  ///< type of an expression with a reported fault
 
   // ---- units (checker.cpp) ----
   Source& load(std::string_view name, std::string_view text, Unit unit);
-  /// By its name, without regard to case and folders; kNone = it is not among the files.
+  /// By its name, ignoring case and folders; kNone = not among the files.
   [[nodiscard]] Id find_file(std::string_view name) const;
   void check_unit(Source& s, Id scope);
   void import(const Node& n);
@@ -82,7 +83,7 @@ class Checker {
   [[nodiscard]] std::string suggestion(std::uint32_t name) const;
   void sections(Id first);
   void variables(const Node& section);
-  /// What the declarator begins with: its own value, or one that is given.
+  /// Initial value of a declarator: its own, or a given one.
   Id given(const Node& declarator, Id type, Id value);
   void types(const Node& section);
   void signals(const Node& section);
@@ -123,7 +124,7 @@ class Checker {
   Id zero(Id type, const rmp_span& span);
   Id binary(const Node& n);
   Id fold(std::uint32_t op, Id a, Id b, Id type, const Node& n);
-  /// As a value of this type; else it is said what `what` needs.
+  /// Converts to a value of this type; else reports what `what` needs.
   Id convert(Id expression, Id to, const Node& at, const std::string& what);
   [[nodiscard]] bool converts(Id from, Id to) const;
   Id add(std::uint32_t op, Id type, const rmp_span& span, std::initializer_list<Id> operands,
@@ -147,7 +148,7 @@ class Checker {
   void fail_name(const Node& n, std::string message, std::string hint = {});
   void warn(const Node& n, std::string message, std::string hint = {});
   Id child(const Node& n, int i) const;
-  /// The name of a node means this.
+  /// Records the meaning of a node's name.
   void use(const Node& n, Id id, Use::Kind kind = Use::symbol, bool is_declaration = false) {
     if (!uses_ || id == kNone || n.name == kNone) return;
     const Token& t = s_->tokens[n.name_token];
@@ -167,17 +168,17 @@ class Checker {
   std::vector<std::uint64_t> slots_;                          ///< by type
   std::unordered_map<std::string, Id> structural_;
   std::vector<Id> field_names_;                          ///< by field
-  std::map<std::pair<Id, std::uint32_t>, Id> field_at_;  ///< first field of a record, name -> which
+  std::map<std::pair<Id, std::uint32_t>, Id> field_at_;  ///< first field of a record, name -> field
   std::vector<Id> symbol_names_;
   std::unordered_map<std::uint32_t, Id> modules_;  ///< name -> scope
-  /// Names of files without their folders and ends, in capitals -> the first such one but the
+  /// Names of files without folders and extensions, in capitals -> the first such file except the
   /// program's.
   std::unordered_map<std::string, std::size_t> module_files_;
   std::set<std::uint32_t> loading_;
   std::vector<std::set<std::uint32_t>> exports_;  ///< by scope; only of modules
   std::unordered_map<Id, std::pair<Source*, Id>> bodies_;
   std::set<Id> taught_;
-  std::set<Id> misfits_;  ///< records of a name with a meaning, with other fields
+  std::set<Id> misfits_;  ///< records with a predefined name but other fields
   std::vector<std::pair<Id, Node>> teaches_;
   std::vector<std::set<Id>> calls_;  ///< by routine
   int loops_ = 0;
@@ -194,13 +195,13 @@ class Checker {
   bool is_cancelled_ = false;
   std::vector<Use>* uses_ = nullptr;
   std::span<const GivenValue> given_;
-  std::string given_text_;          ///< a line each
-  Source* given_source_ = nullptr;  ///< once the first was asked for
-  std::vector<bool> is_given_;      ///< whether a declaration took it
+  std::string given_text_;          ///< one line each
+  Source* given_source_ = nullptr;  ///< created with the first one
+  std::vector<bool> is_given_;      ///< used by a declaration
   Depth depth_ = Depth::all;
 };
 
-/// Fills the instructions of a program without faults.
+/// Generates the instructions of a program without faults.
 void lower(ProgramTables& out);
 
 }  // namespace robomosp::irl

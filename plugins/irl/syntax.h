@@ -12,7 +12,7 @@ namespace robomosp::irl {
 
 inline constexpr std::uint32_t kNone = 0xffffffffU;
 
-/// What a token is. Words with a meaning of their own are from `k_program` on.
+/// Kinds of tokens. Keywords start at `k_program`.
 enum class Tok : std::uint8_t {
   end,
   name,
@@ -116,16 +116,16 @@ struct Token {
   std::uint32_t name = kNone;  ///< of names: in Names
 };
 
-/// Names without regard to case, numbered.
+/// Numbered names, case-insensitive.
 class Names {
  public:
   std::uint32_t number(std::string_view any_case);
   [[nodiscard]] const std::string& upper(std::uint32_t n) const { return all_[n]; }
-  /// kNone = nobody has used it.
+  /// kNone = unused name.
   [[nodiscard]] std::uint32_t find(std::string_view any_case) const;
 
  private:
-  /// Where a name stands or belongs in the slots.
+  /// Slot of a name, or where it must be inserted.
   [[nodiscard]] std::size_t slot_of(std::string_view any_case, std::uint32_t hash) const;
   std::deque<std::string> all_;
   std::vector<std::uint32_t> hashes_;  ///< by number
@@ -133,14 +133,14 @@ class Names {
 };
 [[nodiscard]] std::string upper(std::string_view s);
 
-/// Something wrong. `file` is a number of the compiler's.
+/// A fault. `file` is a number of the compiler's.
 struct Fault {
   std::uint32_t severity = 0;
   std::uint32_t file = 0;
   Token at;
   std::string message, hint;
 };
-/// Faults of one run: the first 100 errors are kept, unless an editor reads on.
+/// Faults of one run: the first 100 errors are kept, or all for an editor.
 class Faults {
  public:
   explicit Faults(std::uint32_t most = kMost) : most_(most) {}
@@ -158,7 +158,7 @@ class Faults {
   std::uint32_t errors_ = 0, most_;
 };
 
-/// What a node of the tree is; children in order.
+/// Kinds of tree nodes; children in order.
 enum class N : std::uint8_t {
   program,
   module,
@@ -229,15 +229,15 @@ enum class N : std::uint8_t {
   plus,
   not_,
   binary,
-  bad,     // stands for an expression or a type that has been said to be wrong
-  broken,  // a statement whose head is wrong: its blocks
+  bad,     // placeholder for an expression or type with a reported fault
+  broken,  // a statement with a faulty head: its blocks
 };
 
 struct Node {
   N kind = N::block;
   std::uint8_t flag = 0;
-  std::uint16_t depth = 0;  ///< levels below it, at most kMostChain and some
-  Tok op = Tok::end;        ///< binary, and what a statement begins with
+  std::uint16_t depth = 0;  ///< levels below it, at most slightly more than kMostChain
+  Tok op = Tok::end;        ///< binary operator, or first token of a statement
   std::uint32_t token = 0;  ///< first
   std::uint32_t last = 0;   ///< last
   std::uint32_t name = kNone;
@@ -256,11 +256,11 @@ struct Source {
   }
 };
 
-/// Fills the tokens; a last one has the kind `end`.
+/// Fills the tokens; the last one has the kind `end`.
 void scan(Source&, Names&, Faults&);
 enum class Unit : std::uint8_t { program, data_list };
-/// Fills the nodes. Programs and modules tell themselves apart. Blocks of routines may be left
-/// empty, for who asks for declarations only; then nothing is said of what stands in them.
+/// Fills the nodes. Programs and modules are distinguished by their content. Blocks of routines may
+/// be skipped if only declarations are needed; faults in them are then not reported.
 void parse(Source&, Unit, Names&, Faults&, bool skips_bodies = false);
 /// The source of a tree in the usual form, without comments.
 [[nodiscard]] std::string print(const Source&);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a joint motion has to do, checked, and how one is sampled joint by joint (layer: plugin).
+// The task of a joint motion, checked, and its sampling joint by joint (layer: plugin).
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ using spatial::print_number;
 Error bad(std::string message, std::string hint);
 inline std::string joint_name(std::size_t j) { return "joint " + std::to_string(j + 1); }
 
-/// Joint vectors and what bounds the way between them; infinity = no limit. [rad or m, s]
+/// Joint vectors and limits of the motion between them; infinity = no limit. [rad or m, s]
 struct Task {
   std::size_t dof = 0, count = 0;  ///< `count` joint vectors
   std::vector<double> q;           ///< row-major
@@ -31,21 +31,21 @@ struct Task {
 };
 
 /// Reads points and limits; the parameters velocity, acceleration and jerk lower the robot's,
-/// speed_share takes a part of the velocity. `least` points are asked for.
+/// speed_share scales the velocity. At least `least` points are required.
 Result<Task> read_task(std::size_t dof, std::span<const double> points, const JointLimits&,
                        const Params&, std::size_t least);
-/// Two neighbours that are the same.
+/// Rejects equal consecutive points.
 Result<void> check_apart(const Task&);
 /// A value of JointEnds: zero when left out.
 Result<std::vector<double>> end_values(std::span<const double> given, const Task&,
                                        const char* what);
-/// What the caller asks for at an end, or else the parameter of that name.
+/// The value requested by the caller at an end, or else the parameter of that name.
 std::span<const double> end_or(std::span<const double> asked, const Params&, const char* name);
-/// A limit of a joint that a law cannot do without.
+/// Checks for a joint limit required by a law.
 Result<void> need(const std::vector<double>& limits, const char* what, std::size_t joint,
                   const char* parameter);
 
-/// Motion of all joints that is given joint by joint.
+/// A motion of all joints defined joint by joint.
 class JointwiseSegment : public JointSegment {
  public:
   JointwiseSegment(std::size_t dof, double duration) : dof_(dof), duration_(duration) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The factories of this plugin, and what they share (layer: plugin).
+// The factories of this plugin, and their shared code (layer: plugin).
 #pragma once
 
 #include <string>
@@ -13,9 +13,9 @@
 
 namespace robomosp::path_analytic {
 
-/// Control points closer than this count as one [m]; it is far below what a robot can place.
+/// Control points closer than this count as equal [m]; far below the accuracy of robots.
 inline constexpr double kSamePoint = 1e-9;
-/// Orientations closer than this count as one [rad].
+/// Orientations closer than this count as equal [rad].
 inline constexpr double kSameRotation = 1e-9;
 
 inline Error bad(std::string message, std::string hint) {
@@ -30,7 +30,8 @@ inline Result<double> positive(const Params& params, const char* name, const cha
              "It must be above 0.");
 }
 
-/// `count` control points, all of them poses; `shape` as in "an arc", `which` says what they are.
+/// Checks `count` control points, all of them poses; `shape` as in "an arc", `which` describes
+/// them.
 Result<void> check_points(std::span<const Pose> points, std::size_t count, const char* shape,
                           const char* which);
 

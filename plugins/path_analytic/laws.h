@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What motion laws share: speeds and limits as shares of the way (layer: plugin).
+// Shared by motion laws: speeds and limits relative to the path length (layer: plugin).
 #pragma once
 
 #include "factories.h"
@@ -9,10 +9,10 @@ namespace robomosp::path_analytic {
 struct EndRates {
   double start = 0, end = 0;  ///< [1/s]
 };
-/// Of the parameters start_speed and end_speed.
+/// From the parameters start_speed and end_speed.
 Result<EndRates> end_rates(const LawTask&, const Params&);
-/// Of speed and angular_speed [1/s], of acceleration and angular_acceleration [1/s^2]: the slower
-/// of moving and turning.
+/// From speed and angular_speed [1/s], from acceleration and angular_acceleration [1/s^2]: the
+/// slower of translation and rotation.
 Result<double> greatest_rate(const LawTask&, const Params&);
 Result<double> greatest_acceleration(const LawTask&, const Params&);
 

@@ -15,7 +15,7 @@ namespace robomosp::physics_ode {
 
 static_assert(sizeof(dReal) == sizeof(double));
 
-/// Numbers that a geometry reads as long as it lives.
+/// Numbers referenced by a geometry during its lifetime.
 struct GeometryData {
   GeometryData() = default;
   GeometryData(const GeometryData&) = delete;
@@ -29,19 +29,19 @@ struct GeometryData {
 };
 
 /// A convex piece is two geometries, since ODE finds one point only where two convex ones touch: as
-/// a hull it meets other hulls, as a mesh all else. A rim is a thin cylinder at a circle of a round
-/// outside; it meets all but hulls and other rims.
+/// a hull it collides with other hulls, as a mesh with all others. A rim is a thin cylinder at a
+/// circle of a round outside; it collides with everything but hulls and other rims.
 enum class Role { any, hull, mesh_of_hull, rim };
 
-/// What of a round surface there is: triangles of the mesh that are on it.
+/// The existing part of a round surface: triangles of the mesh on it.
 class Opening {
  public:
-  /// Of a sphere (length 0) or of a cylinder about z, of which `on` lie on its surface up to the
-  /// tolerance [m] and `walls` within, in its frame.
+  /// For a sphere (length 0) or a cylinder about z: the triangles `on` lie on its surface within
+  /// the tolerance [m], the `walls` inside, in its frame.
   using Triangle = std::array<Vec3, 3>;
   Opening(double radius, double length, std::vector<Triangle> on, std::vector<Triangle> walls,
           double tolerance);
-  /// Whether the surface is there at a point near it, and material behind it down to a depth [m]
+  /// True if the surface exists at a point near it, with material behind it down to a depth [m]
   /// against an outward direction.
   [[nodiscard]] bool is_there(const Vec3& point, const Vec3& outward, double depth) const;
 
@@ -55,21 +55,21 @@ class Opening {
   std::vector<Bounded> on_, walls_;
 };
 
-/// What contact asks of a geometry; ODE keeps its address.
+/// Contact data of a geometry; ODE keeps its address.
 struct GeometryTag {
   std::int32_t body = -1, shape = -1;  ///< a shape of the body
   std::uint32_t number = 0;            ///< of all geometries, in the order of near pairs
   Role role = Role::any;
-  bool is_beside_round = false;  ///< rims or a round one of the same shape are farther out
-  std::shared_ptr<const Opening> opening;  ///< of a round one with openings
-  /// Of a cylinder: mean distance from the axis of the points of the lower and of the upper end, of
-  /// the radius.
+  bool is_beside_round = false;  ///< rims or a round geometry of the same shape are farther out
+  std::shared_ptr<const Opening> opening;  ///< of a round geometry with openings
+  /// Of a cylinder: mean distance of the points of the lower and of the upper end from the axis,
+  /// relative to the radius.
   std::array<double, 2> arm{2.0 / 3, 2.0 / 3};
-  /// Of a rim: ways along the outline to its neighbours, as radius and z; none = an end.
+  /// Of a rim: vectors along the outline to its neighbours, as radius and z; none = an end.
   std::array<std::array<double, 2>, 2> sides{};
 };
 
-/// A geometry and where it sits in its body.
+/// A geometry and its pose in its body.
 struct Geometry {
   dGeomID id = nullptr;
   Pose body_T_geometry;
@@ -78,18 +78,18 @@ struct Geometry {
   std::unique_ptr<GeometryTag> tag = std::make_unique<GeometryTag>();
 };
 
-/// How far a point is outside a sphere (length 0) or of a cylinder about z [m], and the normal
-/// of its surface there.
+/// Distance of a point outside a sphere (length 0) or a cylinder about z [m], and the normal of its
+/// surface there.
 struct Foot {
   double distance = 0;
   Vec3 normal{};
 };
 [[nodiscard]] Foot foot_on(const Vec3& point, double radius, double length);
 
-/// Makes the geometries of a shape in a space; a shape without extent is an error.
+/// Creates the geometries of a shape in a space; a shape without extent is an error.
 Result<std::vector<Geometry>> make_geometries(dSpaceID space, const Shape& shape);
 
-/// Whether geometries of these roles are tested against each other.
+/// True if geometries of these roles are tested against each other.
 [[nodiscard]] bool meet(Role a, Role b);
 
 /// Pose to ODE's matrix of three rows of four.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which geometries of many are near each other (layer: plugin). The engine's own spaces take time
-// and memory by the square of their number: its table of cells keeps a bit for every pair, which is
-// cleared in every step, and sends a lattice of bodies to few of its entries.
+// Finds pairs of nearby geometries among many (layer: plugin). The engine's own spaces need
+// quadratic time and memory: its hash table keeps a bit for every pair, cleared in every step, and
+// maps a lattice of bodies to few of its entries.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,18 @@
 
 namespace robomosp::physics_ode {
 
-/// Geometries in two trees of boxes: of those that stand still, made once, and of those that have a
-/// body, whose boxes follow it. That tree is made anew when what stands together in it has moved so
-/// far apart that looking takes twice as long. Pairs depend on the geometries alone, not on the
-/// trees.
+/// Geometries in two trees of boxes: static ones, in a tree built once, and those with a body, in a
+/// tree with boxes that follow it. That tree is rebuilt when neighbours in it have moved so far
+/// apart that a search takes twice as long. Pairs depend on the geometries alone, not on the trees.
 class NearPairs {
  public:
-  /// A geometry, in the order of the pairs. `body`: number of the body it is of.
+  /// Adds a geometry, in the order of the pairs. `body`: number of its body.
   void add(dGeomID geometry, std::int32_t body, bool is_movable);
-  /// What stood still has got a body, or was placed elsewhere.
+  /// Call it after a static geometry got a body, or was moved.
   void regroup() { is_grouped_ = false; }
 
-  /// All pairs of different bodies whose boxes meet and of which one can move, in ascending order
-  /// of the two, first < second. Valid until the next call.
+  /// All pairs of different bodies with intersecting boxes, at least one of them movable, in
+  /// ascending order of the two, first < second. Valid until the next call.
   [[nodiscard]] const std::vector<std::pair<dGeomID, dGeomID>>& find();
 
  private:
@@ -50,7 +49,7 @@ class NearPairs {
   std::vector<Entry> entries_;
   bool is_grouped_ = false;
   Group still_, moving_;
-  std::size_t looked_ = 0, looked_when_made_ = 0;  ///< nodes, in one find()
+  std::size_t looked_ = 0, looked_when_made_ = 0;  ///< nodes visited in one find()
   std::vector<std::pair<std::uint32_t, std::uint32_t>> numbers_;
   std::vector<std::pair<dGeomID, dGeomID>> pairs_;
 };

@@ -31,21 +31,21 @@ inline std::string number_text(std::size_t i) { return std::to_string(i + 1); }
 struct Settings {
   bool exact = true;  ///< Dantzig's method; else a fixed number of sweeps
   int sweeps = 50;    ///< of the iterative method
-  double erp = 0.2;   ///< share of a joint's error that a step repairs, 0..1
+  double erp = 0.2;   ///< fraction of a joint's error corrected per step, 0..1
   double cfm = 1e-8;  ///< softness of constraints
   double contact_erp = 0.2, contact_cfm = 1e-7;
-  std::size_t piles_from = 17;  ///< contacts of free bodies that are solved as a pile
-  int most_contacts = 16;       ///< of a pair of shapes
+  std::size_t piles_from = 17;  ///< least number of contacts of free bodies solved as a pile
+  int most_contacts = 16;       ///< per pair of shapes
 };
 
-/// What contacts and stops of joints ask for in a solution of one step.
+/// Targets of contacts and joint stops in a solution of one step.
 enum class Pass {
-  whole,   ///< velocities that keep bodies apart and push out what is within another
-  motion,  ///< velocities that keep bodies apart
-  places,  ///< what moves the bodies: `motion` with the push, whose velocity is forgotten
+  whole,   ///< velocities that separate bodies and correct penetration
+  motion,  ///< velocities that separate bodies
+  places,  ///< displacements of bodies: `motion` plus the correction, dropped from the velocity
 };
 
-/// dWorldStep(); whether its solver gave up then, so that velocities are of no use.
+/// dWorldStep(); returns whether its solver failed, so that velocities are invalid.
 bool step_exactly(dWorldID world, double dt);
 [[nodiscard]] bool gave_up();
 
@@ -69,10 +69,10 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
   Result<void> ignore(std::int32_t a, std::int32_t b) override;
 
  private:
-  /// ODE's body stands at the centre of mass.
+  /// The origin of ODE's body is its centre of mass.
   struct Body {
-    /// null of what has never been moved nor jointed: geometries alone, which do not tie the
-    /// islands together that touch them.
+    /// null for bodies that were never moved or jointed: geometries alone, which do not merge the
+    /// islands that touch them.
     dBodyID id = nullptr;
     Pose pose;  ///< without an id
     Vec3 com{};
@@ -81,12 +81,13 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
     bool self = false, is_movable = false, is_jointed = false;
     int attached = 0;  ///< attachments that hold it
     std::vector<Geometry> geometries;
-    double thinnest = 0, reach = 0;  ///< of geometries; of their boxes from the centre of mass [m]
+    double thinnest = 0, reach = 0;  ///< of geometries; distance of their boxes from the centre of
+                                     ///< mass [m]
     FreeTurn turn;                   ///< of this step
   };
   struct Joint {
     dJointID id = nullptr;
-    /// Motors beside it, null where it has none: Coulomb friction, the motor's inertia with viscous
+    /// Motors beside it, null if not needed: Coulomb friction, the motor's inertia with viscous
     /// friction, and servo().
     dJointID brake = nullptr, rotor = nullptr, motor = nullptr;
     std::int32_t a = -1, b = -1;
@@ -109,12 +110,12 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
     std::array<std::int32_t, 2> shapes{};
     /// Numbers of geometries and of their point; ascending in contacts_.
     std::array<std::uint32_t, 3> key{};
-    std::array<signed char, 4> place{2, 2, 2, 2};  ///< as PileContact has it
-    double push_limit = 0;   ///< of friction in Pass::places: what Pass::motion allowed [N]
-    bool is_solved = false;  ///< with its pile, so that the engine has no joint for it
+    std::array<signed char, 4> place{2, 2, 2, 2};  ///< as in PileContact
+    double push_limit = 0;   ///< of friction in Pass::places: the limit from Pass::motion [N]
+    bool is_solved = false;  ///< solved with its pile, so that the engine has no joint for it
   };
-  /// A row of constraints that ODE has no joint for, between any number of bodies: sum J v = target
-  /// - cfm * force.
+  /// A row of constraints without an ODE joint, between any number of bodies: sum J v = target -
+  /// cfm * force.
   struct Row {
     struct Entry {
       dBodyID id;
@@ -140,7 +141,7 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
   Result<void> add_body(const PhysicsBody& body, std::size_t number);
   static void fasten(const Body& body);
   void note_extent(Body& body) const;
-  void give_id(std::int32_t body);  ///< also to what does not move; once
+  void give_id(std::int32_t body);  ///< also for static bodies; once
   [[nodiscard]] Result<void> check_state() const;
   [[nodiscard]] bool are_islands_small() const;
   void make_contact_joints(Pass pass);
@@ -171,7 +172,7 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
   void set_direction(const Body& x, const Body& y, dContact& contact) const;
   void set_stops(Joint& joint) const;
   void prepare(Joint& joint, Pass pass);
-  /// How far it is beyond a stop [rad or m]; 0 = within.
+  /// Excess over a stop [rad or m]; 0 = within.
   [[nodiscard]] static double beyond_stop(const Joint& joint);
   [[nodiscard]] dJointID make_motor(const Joint& joint) const;
   [[nodiscard]] Vec3 axis(const Joint& joint) const;
@@ -184,10 +185,10 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
     Vec3 p, v, w;
     std::array<dReal, 4> q;
   };
-  /// Before a step.
+  /// State before a step.
   struct FastBody {
     std::size_t body;
-    double way;  ///< in the step, of its fastest point [m]
+    double way;  ///< displacement of its fastest point in the step [m]
     Moving before;
     std::vector<std::array<Vec3, 2>> bounds;  ///< of its geometries
   };
@@ -218,14 +219,14 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;
   bool has_rows_ = false;
-  std::vector<Row> rows_;             ///< as many in every step
-  std::vector<double> row_forces_;    ///< of the step before
-  std::vector<double> row_response_;  ///< d (J v) / d force, rows_ x rows_; empty = not known
+  std::vector<Row> rows_;             ///< constant number in all steps
+  std::vector<double> row_forces_;    ///< of the previous step
+  std::vector<double> row_response_;  ///< d (J v) / d force, rows_ x rows_; empty = unknown
   std::vector<Push> pushes_;
   std::vector<PileForce> pile_forces_;  ///< of this step
   std::vector<std::int32_t> local_;     ///< number of a body in the pile being solved, or -1
   std::vector<Attachment> attachments_;
-  std::multiset<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: do not touch
+  std::multiset<std::pair<std::int32_t, std::int32_t>> tied_;  ///< a < b: no contact between them
   int steps_until_exact_ = 0;                                  ///< after the exact solver gave up
   bool is_swept_ = false;  ///< this step has too many contacts for the exact solver
   bool was_swept_ = false;
@@ -234,7 +235,7 @@ class OdeWorld final : public PhysicsWorld, private PhysicsNotes {
   std::vector<PhysicsNote> notes_;
   bool is_broken_ = false;        ///< the engine stopped in the middle of a step
   std::deque<Contact> contacts_;  ///< ODE keeps their addresses
-  /// Keys and places of the contacts of the step before.
+  /// Keys and states of the contacts of the previous step.
   std::vector<std::pair<std::array<std::uint32_t, 3>, std::array<signed char, 4>>> places_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A roadmap of free configurations whose motions are checked only where a way would use them
+// A roadmap of free configurations with motions that are checked only when a path would use them
 // (layer: plugin).
 #pragma once
 
@@ -18,16 +18,15 @@
 namespace robomosp::planner_ompl {
 
 /// Lazy PRM (R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000): configurations are
-/// checked when they are drawn, motions in the order of the shortest way that may be free; half of
-/// the configurations are drawn near motions that are blocked. Equal seeds give equal ways. One
-/// thread.
+/// checked when they are drawn, motions in the order of the shortest path that may be free; half of
+/// the configurations are drawn near blocked motions. Equal seeds give equal paths. One thread.
 class LazyRoadmap {
  public:
-  /// `goals`: the free ones, by number. `range`: of motions, in the problem's distances.
+  /// `goals`: the free ones, by number. `range`: longest motion, in the problem's distances.
   LazyRoadmap(const PlanProblem& problem, std::span<const std::size_t> goals,
               std::size_t neighbours, double range);
 
-  /// The way with the number of its goal, or nothing when the search is over.
+  /// The path with the number of its goal, or nothing if the search ended without one.
   [[nodiscard]] std::optional<Plan> search(const Asked& asked);
 
  private:
@@ -43,11 +42,11 @@ class LazyRoadmap {
   }
   [[nodiscard]] double distance(std::size_t a, std::size_t b) const;
   [[nodiscard]] double share();  ///< 0 <= .. < 1
-  /// A configuration from the whole space, or near a motion that is blocked.
+  /// Draws a configuration from the whole space, or near a blocked motion.
   void draw(std::vector<double>& q);
   void add(std::span<const double> q);
   void join(std::uint32_t node);
-  /// Nodes from the start to a goal along edges that are not known to be blocked; empty = none.
+  /// Nodes from the start to a goal along edges not known to be blocked; empty = none.
   [[nodiscard]] std::vector<std::uint32_t> shortest();
 
   const PlanProblem& problem_;
@@ -60,7 +59,7 @@ class LazyRoadmap {
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> blocked_;  ///< edges
   std::vector<std::vector<std::uint32_t>> edges_of_;
-  // Room of shortest().
+  // Memory of shortest().
   std::vector<double> cost_;
   std::vector<std::uint32_t> through_;
   std::vector<std::pair<double, std::uint32_t>> near_;

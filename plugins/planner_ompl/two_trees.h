@@ -17,14 +17,14 @@
 namespace robomosp::planner_ompl {
 
 /// RRT-Connect (J. Kuffner, S. LaValle, RRT-Connect: an efficient approach to single-query path
-/// planning, ICRA 2000); of the two trees the smaller one grows. Equal seeds give equal ways. One
+/// planning, ICRA 2000); the smaller of the two trees grows. Equal seeds give equal paths. One
 /// thread.
 class TwoTrees {
  public:
   /// `goals`: the free ones, by number. `range`: the longest step, in the problem's distances.
   TwoTrees(const PlanProblem& problem, std::span<const std::size_t> goals, double range);
 
-  /// The way with the number of its goal, or nothing when the search is over.
+  /// The path with the number of its goal, or nothing if the search ended without one.
   [[nodiscard]] std::optional<Plan> search(const Asked& asked);
 
  private:
@@ -33,7 +33,7 @@ class TwoTrees {
     std::vector<double> stretched;  ///< rows: times the weights
     std::vector<std::int32_t> parent;
   };
-  /// A step towards a configuration: a new node of the tree, and whether it is the wanted one.
+  /// A step towards a configuration: a new node of the tree, and whether it is the target.
   struct Step {
     std::int32_t node = -1;  ///< -1 = blocked
     bool has_arrived = false;

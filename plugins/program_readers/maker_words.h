@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instructions and functions that controllers have by themselves, by the makers' manuals: a program
-// that calls one calls no routine of a user (layer: plugin, std only).
+// Built-in instructions and functions of controllers, from the makers' manuals: a call of one is
+// not a call of a user's routine (layer: plugin, std only).
 #pragma once
 
 #include <optional>
@@ -8,15 +8,15 @@
 
 namespace robomosp::readers {
 
-/// Languages whose readers have no list of their own.
+/// Languages of readers without a separate list.
 enum class MakerLanguage { none, krl, rapid, val3, pdl2, pacscript };
-/// What a controller's own word does to motions and signals.
+/// Effect of a controller's built-in word on motions and signals.
 enum class MakerWord {
-  moves,  ///< it moves, switches, waits, gives variables a value or changes what later motions do
-  tells,  ///< it shows, writes or measures time, and motions go on as without it
+  moves,  ///< it moves, switches, waits, assigns variables or affects later motions
+  tells,  ///< it shows, writes or measures time, without effect on motions
 };
-/// Of a word in lower case; nothing where the controller has no such word. Words that a reader
-/// reads are looked at by it before.
+/// For a word in lower case; nothing if the controller has no such word. Words supported by a
+/// reader are handled by it before.
 [[nodiscard]] std::optional<MakerWord> maker_word(MakerLanguage language, std::string_view word);
 
 }  // namespace robomosp::readers

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all readers share: tokens, typed expressions, names, routines and the IRL written of them
-// (plugin program_readers). Nothing here is shared with post-processors: what they write is read
-// independently.
+// Shared by all readers: tokens, typed expressions, names, routines and the IRL written from them
+// (plugin program_readers). Nothing here is shared with post-processors, so that their output is
+// read independently.
 #pragma once
 
 #include <cstdint>
@@ -35,23 +35,24 @@ struct At {
 enum class Tk : std::uint8_t { name, number, text, sign, line, end };
 struct Token {
   Tk kind = Tk::end;
-  std::string_view raw;  ///< as it was written; of texts what is between the quotes
+  std::string_view raw;  ///< as written; of texts the part between the quotes
   std::string low;       ///< lower-case, of names and signs
   double value = 0;
   bool is_integer = false;
   At at;
 };
 
-/// How a language is split into tokens.
+/// Lexical rules of a language.
 struct Style {
   std::string_view comment;             ///< begins one, to the end of the line
   std::string_view quotes = "\"";       ///< of texts
-  std::string_view name_first = "_";    ///< what begins a name, besides letters
-  std::string_view name_rest = "_";     ///< what goes on with it, besides letters and digits
+  std::string_view name_first = "_";    ///< first character of a name, besides letters
+  std::string_view name_rest = "_";     ///< further characters of a name, besides letters and
+                                        ///< digits
   std::vector<std::string_view> signs;  ///< of several characters, the longest first
   bool has_lines = true;                ///< ends of lines are tokens
   bool joins_in_brackets = false;       ///< not within ( ) and [ ]
-  std::string_view hex = {};            ///< what begins a hexadecimal number, lower-case: "0x"
+  std::string_view hex = {};            ///< prefix of a hexadecimal number, lower-case: "0x"
 };
 struct Comment {
   std::uint32_t line;
@@ -105,18 +106,18 @@ struct Ex {
   int prec = kPrimary;
   Type type;
   bool ok = true;
-  bool is_literal = false;  ///< a number that is known, `v`
+  bool is_literal = false;  ///< a known number, `v`
   double v = 0;
   bool is_place = false;     ///< may be assigned
-  bool is_constant = false;  ///< made of numbers only
-  bool is_grouped = false;   ///< stood in parentheses
+  bool is_constant = false;  ///< consists of numbers only
+  bool is_grouped = false;   ///< was in parentheses
   bool of_truths = false;    ///< compares truth values
-  std::string setter;        ///< the statement that gives it a value, with "%" for that
+  std::string setter;        ///< the statement that assigns it, with "%" for the value
 };
 [[nodiscard]] std::string within(const Ex&, int prec);  ///< in parentheses where needed
 [[nodiscard]] Ex integer(std::int64_t);
 [[nodiscard]] Ex real(double);
-/// The same, without the digits that a change of units leaves behind.
+/// The same, without the rounding digits of a unit conversion.
 [[nodiscard]] Ex measure(double);
 [[nodiscard]] Ex boolean(bool);
 [[nodiscard]] Ex string(std::string_view);
@@ -130,7 +131,7 @@ struct Ex {
 /// Rotation about a vector by its length [rad] as w, x, y, z.
 void quaternion_of_vector(const double (&r)[3], double (&q)[4]);
 
-/// What a language's binary sign does.
+/// Operation of a language's binary operator.
 enum class Op : std::uint8_t {
   or_,
   and_,
@@ -193,24 +194,24 @@ struct Routine {
   std::map<std::string, Symbol> symbols;
 };
 
-/// Ends the warning of a setting that changes neither paths nor signals.
+/// Suffix of the warning for a setting that affects neither paths nor signals.
 inline constexpr const char* kOtherTimes = "; the path stays the same, and times differ";
 
 /// Marks within lines of the IRL while it is read: a number between them is a use or a change of a
 /// setting.
 inline constexpr char kUseMark = '\x01', kChangeMark = '\x03', kMarkEnd = '\x02';
 
-/// What one pass over the source learns for the next one.
+/// Facts learned by one pass over the source for the next one.
 struct Learned {
   std::map<std::string, Type> types;               ///< of names that are never declared
-  std::map<std::string, std::vector<Type>> stubs;  ///< routines that are not there
+  std::map<std::string, std::vector<Type>> stubs;  ///< missing routines
   std::map<std::string, Type> stub_results;
   std::map<std::string, std::set<std::string>>
       modal;  ///< settings that are set, and values of names
   std::set<std::string> modal_varies;
-  std::set<std::string> flags;                           ///< whatever a reader wants to know
+  std::set<std::string> flags;                           ///< further facts noted by a reader
   std::map<std::string, std::string> constant_settings;  ///< settings with one value wherever used
-  /// Uses of a setting that nothing sets before: its key, file and offset.
+  /// Uses of a setting without a previous assignment: its key, file and offset.
   std::set<std::tuple<std::string, std::uint32_t, std::uint32_t>> unset_uses;
   std::map<std::tuple<std::string, std::uint32_t, std::uint32_t>, std::string> known_uses;
   int external_axes = 0;
@@ -222,7 +223,7 @@ struct Learned {
 
 class Output;
 
-/// A pass of a reader over a program: what the languages have in common.
+/// A pass of a reader over a program, shared by all languages.
 class Reader {
  public:
   Reader(std::span<const SourceFile> files, Learned& learned, const Params& params,
@@ -232,11 +233,11 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
 
   virtual void run() = 0;
-  /// Whose words are no routines of users.
+  /// Language of the built-in names, which are not routines of users.
   [[nodiscard]] virtual MakerLanguage language() const { return MakerLanguage::none; }
-  /// Finds out which value of each setting every motion sees; called behind run().
+  /// Determines the value of each setting for every motion; called after run().
   void settle();
-  /// The program as files; called once, behind settle().
+  /// The program as files; called once, after settle().
   [[nodiscard]] std::unique_ptr<ReadProgram> finish();
   [[nodiscard]] bool is_cancelled() const { return is_cancelled_; }
 
@@ -252,16 +253,16 @@ class Reader {
   void note(const At& at, std::string message, std::string hint = {}) {
     fault(RMP_FAULT_NOTE, at, std::move(message), std::move(hint));
   }
-  /// Takes back faults at places that do not count, of those behind the first `kept`.
+  /// Drops faults at ignored places, among those after the first `kept`.
   void drop_faults(std::size_t kept, const std::function<bool(const At&)>& is_dropped);
   [[nodiscard]] std::size_t fault_count() const { return faults_.size(); }
-  /// What keeps the present statement from being read: it becomes a comment with this fault.
+  /// Reports why the current statement cannot be read: it becomes a comment with this fault.
   Ex bad(const At&, std::string message, std::string hint = {});
-  /// Reads a statement; what was wrong in it is reported and leaves a comment.
+  /// Reads a statement; if it is faulty, the fault is reported and a comment is left.
   void statement(const At& from, const std::function<void()>& read);
-  /// The same for a condition, which stands for `otherwise` then.
+  /// The same for a condition, which is then replaced by `otherwise`.
   Ex condition(const At& from, const std::function<Ex()>& read);
-  /// Says that a statement of the source has no counterpart: a comment and a fault.
+  /// Reports that a statement of the source has no equivalent: a comment and a fault.
   void left_out(std::uint32_t severity, const At& at, std::string message, std::string hint = {});
   [[nodiscard]] std::string source_line(const At&) const;
 
@@ -277,7 +278,7 @@ class Reader {
   Token next();
   [[nodiscard]] bool is(std::string_view word, std::size_t n = 0) const;  ///< name or sign
   bool accept(std::string_view word);
-  /// How many tokens of the text that is read are this word.
+  /// Number of tokens of the current text that are this word.
   [[nodiscard]] std::size_t uses(const std::string& low);
   bool expect(std::string_view word);
   [[nodiscard]] bool at_end() const { return peek().kind == Tk::end; }
@@ -285,9 +286,9 @@ class Reader {
     return peek().kind == Tk::line || peek().kind == Tk::end;
   }
   void skip_line();
-  /// Passes what is left of a broken statement.
+  /// Skips the rest of a faulty statement.
   virtual void skip_rest();
-  /// Passes what is left of a broken condition, so that what it governs is read.
+  /// Skips the rest of a faulty condition, so that the statements it controls are read.
   virtual void skip_condition() {}
   void note_line(const At&, std::string what);  ///< a comment and a note
   /// In a motion without tool or frame: identity.
@@ -297,16 +298,16 @@ class Reader {
   // ---- expressions ----
   [[nodiscard]] virtual std::span<const Binary> binaries() const { return {}; }
   [[nodiscard]] virtual std::string_view not_word() const { return "not"; }
-  /// Where turn 0 of its targets begins [degrees]: -180, or 0 (R_TURNS_FROM of the cell).
+  /// Origin of the turns of its targets [degrees]: -180, or 0 (R_TURNS_FROM of the cell).
   [[nodiscard]] virtual int turns_from() const { return -180; }
   [[nodiscard]] virtual int not_precedence() const { return 100; }
   [[nodiscard]] virtual bool divides_whole() const { return false; }
   virtual Ex primary() = 0;
-  /// The number or string that stands here, if one does.
+  /// The number or string at this position, if there is one.
   std::optional<Ex> literal_here();
-  /// The binary number that stands here, such as &B101 where `sign` is "&": up to 31 bits.
+  /// The binary number at this position, such as &B101 if `sign` is "&": up to 31 bits.
   std::optional<Ex> binary_here(std::string_view sign);
-  /// A chance to do what is special with two operands; nothing = as usual.
+  /// Hook for special combinations of two operands; nothing = the usual operation.
   virtual std::optional<Ex> special(Op, const Ex&, const Ex&, const At&) { return std::nullopt; }
   Ex expression(int least = 0);
   Ex binary(Op, const Ex&, const Ex&, const At&);
@@ -315,13 +316,13 @@ class Reader {
   Ex as_real(const Ex&, const At&);
   Ex as_pose(const Ex&, const At&);
   std::vector<Ex> arguments(std::string_view close = ")");
-  /// A function that many languages have, by its name in IRL; angles in radians or degrees.
+  /// A function common to many languages, by its name in IRL; angles in radians or degrees.
   Ex math(std::string_view irl, const std::vector<Ex>& args, const At&, bool radians = false);
   Ex pose(const std::vector<Ex>& xyz, const Ex& orientation);
   Ex position(const std::vector<Ex>& xyz);
   Ex offset(const Ex& place, const Ex& x, const Ex& y, const Ex& z, const At&);
   Ex with_pose(const Ex& target, const Ex& pose);
-  /// The place that joints reach, for motions along paths; others stay.
+  /// The pose reached by joints, for motions along paths; others are unchanged.
   Ex as_place(const Ex&);
   Ex orientation(std::string_view function, const std::vector<Ex>& args);
   /// `a` are the axes [deg], then the external ones [mm or deg].
@@ -342,7 +343,7 @@ class Reader {
   Symbol& implied(std::string_view foreign, const Type&, const At&);
   void learn(std::string_view foreign, const Type&);
   Symbol& signal(bool is_output, std::int64_t number, std::int64_t width = 1);
-  /// A signal that the program names; its number, where the language has it and not -1.
+  /// A signal named by the program; with its number, unless that is -1.
   Symbol& named_signal(std::string_view foreign, bool is_output, const Type&, const At&,
                        std::int64_t number = -1);
   struct Parameter {
@@ -350,14 +351,14 @@ class Reader {
     Type type;
     bool is_out = false;
   };
-  /// Declares a routine, so that calls before it are understood.
+  /// Declares a routine, so that earlier calls of it are understood.
   void announce(std::string_view foreign, const std::vector<Parameter>&, const Type& result);
-  /// Begins an announced routine. A parameter that is changed and no OUT gets a variable.
+  /// Begins an announced routine. A modified parameter that is not OUT gets a variable.
   void begin(std::string_view foreign, const std::vector<Parameter>&, const Type& result,
              const At&);
-  /// Whether an expression calls a routine, so that no declaration may have it.
+  /// True if an expression calls a routine, so that it cannot be in a declaration.
   [[nodiscard]] bool calls_routine(const std::string& text) const;
-  /// A variable is about to be changed.
+  /// Called before a variable is changed.
   void will_write(std::string_view low);
   Routine& open(std::string_view head, std::string_view end, const At&);
   void close();
@@ -368,33 +369,33 @@ class Reader {
   void indented(int by);
   void comments_until(const At&);
   void assign(const Ex& to, const Ex& from, const At&);
-  /// A call of a routine that may not be there: a stub is made then.
+  /// Calls a routine that may be missing: a stub is created then.
   std::string call(std::string_view foreign, const std::vector<Ex>& args, const At&,
                    std::optional<Type> result = std::nullopt);
   std::string helper(std::string_view name);
-  /// A pulse that ends by itself: the output gets `first` now and `then` after a time, while the
-  /// program goes on.
+  /// A pulse that ends by itself: the output is set to `first` now and to `then` after a time,
+  /// while the program continues.
   void pulse_of(const Ex& output, const std::string& first, const std::string& then,
                 const Ex& seconds, const At&);
   std::string label(std::string_view foreign);
   /// LABEL of this name; a second one of the routine is a fault.
   void place_label(std::string_view foreign, const At&);
-  /// Whether a name of the text that was scanned stands before a colon, or does so where a line
-  /// begins.
+  /// True if a name of the scanned text is followed by a colon, or is so at the beginning of a
+  /// line.
   [[nodiscard]] bool has_label(const std::string& low, bool begins_line);
 
   // ---- blocks ----
-  /// A block of the source that is open.
+  /// An open block of the source.
   struct Block {
-    std::string word;      ///< that ends it in the source
+    std::string word;      ///< its end in the source
     std::string irl;       ///< its end in IRL, without ";"
     bool has_arm = false;  ///< of a CASE: one of its arms is open
     bool has_else = false;
-    bool is_dead = false;  ///< what follows an arm that was not read is within IF FALSE
+    bool is_dead = false;                     ///< code after an unread branch is within IF FALSE
     std::optional<Ex> tested = std::nullopt;  ///< of a CASE
     bool is_chain = false;                    ///< a CASE that is written as IF and ELSIF
     std::set<std::string> values = {};
-    bool is_reported = false;  ///< that statements stand before its first arm
+    bool is_reported = false;  ///< statements before its first branch were reported
   };
   /// A value of an arm of CASE, or a range.
   struct ArmValue {
@@ -404,19 +405,20 @@ class Reader {
   void open_block(std::string_view word, std::string irl);
   /// The innermost block ends with this word.
   [[nodiscard]] bool is_in(std::string_view word) const;
-  /// Ends the innermost block; the statement is bad where another word ends it.
+  /// Ends the innermost block; the statement is faulty if another word ends it.
   bool close_block(std::string_view word, const At&,
                    std::string otherwise = "no block is open here");
-  /// Ends what is open where a routine ends, with a fault each.
+  /// Closes open blocks at the end of a routine, with a fault each.
   void close_blocks(const At&);
   /// ELSE and ELSIF of the innermost block.
   void between(const std::string& head, const At&);
-  /// CASE of the value that stands here; what is no whole number is compared by IF and ELSIF.
+  /// CASE of the value at this position; a value that is not a whole number is compared by IF and
+  /// ELSIF.
   void open_case(std::string_view word, const At& at);
-  /// An arm of the innermost block, which is a CASE. Without values it is one that was not read.
+  /// A branch of the innermost block, which is a CASE. Without values it is one that was not read.
   void open_arm(const std::vector<ArmValue>& values, const At& at);
   void open_default(const At& at);
-  /// A loop whose head was not read: its body is kept and never runs.
+  /// A loop with an unread head: its body is kept and never runs.
   void open_unread_loop(std::string_view word, const At& at);
   /// A condition as text.
   std::string truth(const At& at) {
@@ -430,35 +432,36 @@ class Reader {
     std::vector<Ex> targets;
     std::vector<std::pair<std::string, Ex>> attributes;
     std::string until;
-    bool has_frames = true;         ///< goes to places in the frame that is set
-    bool has_tool = true;           ///< false = with the robot's own, whatever is set
-    std::optional<Ex> tool, frame;  ///< of this motion only, whatever is set
+    bool has_frames = true;         ///< moves to poses in the current frame
+    bool has_tool = true;           ///< false = with the robot's default tool, regardless of the
+                                    ///< setting
+    std::optional<Ex> tool, frame;  ///< of this motion only, overriding the settings
   };
   void move(Motion, const At&);
-  /// Where the robot is, as a target with its configuration: as a motion with this tool and frame
-  /// would name it. Without a tool it is the robot's own.
+  /// The robot's pose as a target with its configuration, as a motion with this tool and frame
+  /// would name it. Without a tool it is for the robot's default tool.
   Ex present_target(const std::optional<Ex>& tool, const std::optional<Ex>& frame);
   /// The same with the tool and the frame that are set here.
   Ex present_target(const At&);
-  /// The axes where the robot is.
+  /// The robot's current axes.
   Ex present_joints();
-  // Settings, such as "tool" and "frame", hold from where they are set on. A use of one that
-  // nothing sets before is an error, since the controller's own value is unknown.
-  /// The value of a setting when a program starts, where the language says it.
+  // Settings, such as "tool" and "frame", apply from where they are set. Using one that was not set
+  // before is an error, since the controller's value is unknown.
+  /// The initial value of a setting, if the language defines it.
   void starts_with(std::string_view modal, const Ex&);
   void set(std::string_view modal, const Ex&, const At&);
-  /// From here on it is what the controller has, which nobody knows.
+  /// From here on, its value is that of the controller, which is unknown.
   void forget(std::string_view modal, const At&);
-  /// A part of a setting gets a value: `to` is a component of get().
+  /// Assigns a component of a setting: `to` is a component of get().
   void set_part(std::string_view modal, const Ex& to, const Ex& from, const At&);
-  /// Whether the program sets it anywhere.
+  /// True if the program sets it anywhere.
   [[nodiscard]] bool is_set(std::string_view modal) const;
-  /// Whether the program sets it before this place, on some path at least; it counts as a use.
+  /// True if the program sets it before this place, on some path at least; counts as a use.
   [[nodiscard]] bool is_set_before(std::string_view modal, const At&);
   Ex get(std::string_view modal, const Type&, const At&);
-  /// A setting that the reader itself looks at, as a word: from here on it has this value.
+  /// Sets a setting that the reader itself evaluates, as a word, from here on.
   void set_mode(std::string_view modal, const std::string& word, const At&);
-  /// The word here; "" where paths with several words meet.
+  /// Its current word; "" where paths with different words meet.
   std::string mode(std::string_view modal, const std::string& at_start, const At&);
   /// The name of a setting in messages.
   [[nodiscard]] virtual std::string setting_name(const std::string& key) const;
@@ -490,23 +493,23 @@ class Reader {
     std::string key;
     At at;
     bool is_relevant = true;   ///< the motion depends on it
-    bool is_left_out = false;  ///< nothing is written where it is not set
+    bool is_left_out = false;  ///< omitted if it is not set
   };
   struct SettingChange {
     std::string key, text;
     bool is_constant = false, is_part = false, is_unset = false;
   };
-  /// The tool or frame that is set here; nothing where nothing sets it before.
+  /// The current tool or frame; nothing if it was not set before.
   std::optional<Ex> setting_here(const std::string& key, const At&, bool is_relevant);
-  /// The call of a function as a statement: a variable takes its value.
+  /// A function call as a statement: a variable receives its value.
   std::string unused(const std::string& call, const Type&, const At&);
-  /// Jumps that IRL refuses become faults.
+  /// Reports jumps that IRL does not allow.
   void check_jumps();
   void open_dead(const At&);
   void close_dead(const At&);
   void declare_modal(const std::string& key, const Type&, const At&);
   void use_setting(const std::string& key, const At&, bool is_relevant, bool is_left_out);
-  /// Marks of the uses since the last line that was written.
+  /// Marks of the uses since the last written line.
   std::string take_marks();
   std::vector<SettingUse> uses_of_settings_;
   std::vector<SettingChange> changes_;
@@ -521,16 +524,17 @@ class Reader {
   std::map<std::string, int> name_counts_;
   std::map<std::string, std::string> labels_;
   std::set<std::pair<const Routine*, std::string>> placed_labels_;
-  std::unordered_map<std::string, bool> colons_;  ///< names before colons; one begins a line
+  std::unordered_map<std::string, bool> colons_;  ///< names before colons; true = at the beginning
+                                                  ///< of a line
   bool has_colons_ = false;
   std::set<std::string> helpers_;
-  std::map<std::string, std::size_t> uses_;  ///< of words, counted when they are first asked for
+  std::map<std::string, std::size_t> uses_;  ///< of words, counted on first use
   std::vector<std::vector<std::uint32_t>> line_starts_;
   int depth_ = 0;
   bool is_cancelled_ = false;
 };
 
-/// Passes of one reader until nothing new is learned.
+/// Runs passes of one reader until nothing new is learned.
 template <class R>
 Result<std::unique_ptr<ReadProgram>> passes(const ProgramReaderTask& task, const Params& params,
                                             Progress& progress);
@@ -552,7 +556,7 @@ Result<std::unique_ptr<ReadProgram>> passes(const ProgramReaderTask& task, const
   }
 }
 
-/// Parameters of readers that only look at names.
+/// Parameters of readers that only inspect names.
 class NoParams final : public Params {
  public:
   [[nodiscard]] bool has(std::string_view) const override { return false; }
@@ -567,7 +571,7 @@ class NoParams final : public Params {
 /// "x.src" gives "x"; letters and digits only, so that it names a program.
 [[nodiscard]] std::string_view stem(std::string_view file);
 [[nodiscard]] std::string extension(std::string_view file);
-/// Whether a word of a text stands at the beginning of a line, letter case apart.
+/// True if a line of a text begins with a word, ignoring case.
 [[nodiscard]] bool has_line(std::string_view text, std::string_view word);
 
 }  // namespace robomosp::readers

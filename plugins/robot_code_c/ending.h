@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops that end a function of a robot with many joints: the inertia matrix and the solution of its
-// equations, whose operations grow with the square and the cube of the joints, from numbers that
-// grow with the joints alone (layer: plugin).
-// Composite bodies and M = L^T D L: Featherstone, Rigid Body Dynamics Algorithms, 2008, sections
-// 6.2 and 6.5.
+// Loops at the end of a function of a robot with many joints: the inertia matrix and the solution
+// of its equations, which need quadratically and cubically many operations, from inputs of linear
+// size (layer: plugin). Composite bodies and M = L^T D L: Featherstone, Rigid Body Dynamics
+// Algorithms, 2008, sections 6.2 and 6.5.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +14,7 @@
 
 namespace robomosp::robot_code {
 
-/// What the loops compute; of mechanisms with closed loops (closed_ending.h) the last three.
+/// Result of the loops; for mechanisms with closed loops (closed_ending.h) the last three.
 enum class Ending : std::uint8_t {
   none,
   inertia,
@@ -25,19 +24,19 @@ enum class Ending : std::uint8_t {
   closed_accelerations
 };
 [[nodiscard]] constexpr bool is_closed(Ending e) { return e >= Ending::motor_forces; }
-/// Whether `<name>_fill_inertia` is called.
+/// True if `<name>_fill_inertia` is called.
 [[nodiscard]] constexpr bool fills_inertia(Ending e) {
   return e != Ending::none && e != Ending::motor_forces;
 }
 
-/// Joints and the columns of their motion, one a velocity, as tables for the loops.
+/// Joints and the columns of their motion, one per velocity, as tables for the loops.
 struct Columns {
   std::vector<std::int32_t> parent;    ///< of each joint; -1 = the base
   std::vector<std::size_t> first;      ///< of each joint its first column, then the column count
   std::vector<std::size_t> velocity;   ///< of each column its row of the matrix
   std::vector<std::size_t> component;  ///< of (force, moment) along each column: 0 to 5
   std::vector<double> ratio;           ///< of each column: its joint's coupling, or 1
-  std::vector<double> motor;           ///< of each row: what motors add to the diagonal
+  std::vector<double> motor;           ///< of each row: inertia of motors, added to the diagonal
 
   [[nodiscard]] std::size_t joints() const { return parent.size(); }
   [[nodiscard]] std::size_t columns() const { return velocity.size(); }
@@ -45,23 +44,23 @@ struct Columns {
 };
 [[nodiscard]] Columns columns_of(const RobotModel& model);
 
-/// Numbers per joint and per column that the loops take: R (row by row) and p of the joint in its
+/// Numbers per joint and per column read by the loops: R (row by row) and p of the joint in its
 /// parent; force and moment, about the joint's origin and in its axes, that a unit acceleration of
-/// the column takes of all bodies beyond.
+/// the column requires for all later bodies.
 inline constexpr std::size_t kPlacementNumbers = 12, kWrenchNumbers = 6;
 
 /// Length of the result: rows() * rows() or rows().
 [[nodiscard]] std::size_t ending_width(Ending ending, const Columns& c);
 
-/// The loops carried out, not those of closed mechanisms. `parts`: placements of all joints,
+/// Executes the loops, except those for closed mechanisms. `parts`: placements of all joints,
 /// wrenches of all columns and, for accelerations, the forces of all rows.
 [[nodiscard]] std::vector<double> run_ending(Ending ending, const Columns& c,
                                              std::span<const double> parts);
 
-/// Rows up to which batches are computed side by side: their matrices are on the stack, too.
+/// Most rows for computing batches side by side, since their matrices are on the stack.
 inline constexpr std::size_t kMostRowsSideBySide = 64;
 
-/// Which loops are called; `<name>_fill_inertia(part, m)` always is.
+/// The loops that are called; `<name>_fill_inertia(part, m)` always is.
 struct EndingUses {
   bool solve = false;        ///< `<name>_solve(m, x)`
   bool fill_block = false;   ///< `<name>_fill_inertia_block(part, m)`, samples side by side

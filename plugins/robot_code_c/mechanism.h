@@ -21,19 +21,19 @@ namespace robomosp::robot_code {
 /// Input arrays of the functions.
 enum Array : std::uint32_t { kQ = 0, kQd = 1, kQdd = 2, kTau = 3, kArrays = 4 };
 
-/// Operations that one function may have: at some 5,000 a second compilers take too long for more.
+/// Most operations of one function: at some 5,000 per second, compilers take too long for more.
 inline constexpr std::size_t kMostOperations = 60'000;
-/// Operations up to which the inertia matrix and forward dynamics are expressions throughout;
-/// beyond, their square and cubic parts are loops.
+/// Most operations for writing the inertia matrix and forward dynamics as expressions only; beyond,
+/// their quadratic and cubic parts are loops.
 inline constexpr std::size_t kMostWrittenOut = 4'000;
 
-/// One function to be written: outputs as nodes of its graph, or as what loops make of these.
+/// A function to be written: outputs as nodes of its graph, or as inputs of its final loops.
 struct Function {
   std::string name;                   ///< "inverse_dynamics"
   std::string doc;                    ///< what it computes, a sentence or two
   std::vector<std::uint32_t> arrays;  ///< inputs, in order of its parameters
   std::string output;                 ///< name of the output array
-  std::vector<Node> outputs;          ///< results, or what the ending takes
+  std::vector<Node> outputs;          ///< results, or inputs of the ending
   Graph graph;
   Ending ending = Ending::none;
   Columns columns;           ///< of the ending
@@ -51,19 +51,19 @@ struct Function {
 /// Operations (not inputs, constants and loops) that the outputs of a function need.
 [[nodiscard]] std::size_t operation_count(const Function& f);
 
-/// Velocities up to which forward dynamics keep the inertia matrix on the stack (2 MB).
+/// Most velocities for which forward dynamics keep the inertia matrix on the stack (2 MB).
 inline constexpr std::size_t kMostRows = 500;
-/// The same with closed loops, whose functions keep a dozen matrices there (4 MB), of velocities or
-/// of the loops' rows.
+/// The same for closed loops, with a dozen matrices on the stack (4 MB): limit of velocities and of
+/// the loops' rows.
 inline constexpr std::size_t kMostClosedRows = 200;
 
-/// Refuses functions of more than kMostOperations, and endings of more than kMostRows rows.
+/// Rejects functions of more than kMostOperations, and endings of more than kMostRows rows.
 [[nodiscard]] Result<void> check_size(const Function& f, const RobotModel& model);
 
-/// How often the outputs and the nodes they need use each node.
+/// Number of uses of each node by the outputs and the nodes they need.
 [[nodiscard]] std::vector<std::uint32_t> use_counts(const Function& f);
 
-/// Refuses models that break their contract, and those without a tip.
+/// Rejects models that violate their contract, and those without a tip.
 Result<void> check_model(const RobotModel& model);
 
 /// Poses of all tips in the base frame: 12 numbers each, the rotation matrix row by row, then the
@@ -75,10 +75,10 @@ Function jacobian(const RobotModel& model);
 Function inverse_dynamics(const RobotModel& model);
 /// M(q) with motors, dof() rows of dof() numbers.
 Function inertia(const RobotModel& model);
-/// Refuses loops that hold one turn alone, whose row is that of the rotation vector, by name.
+/// Rejects loops that constrain a single rotation, with the row of the rotation vector, by name.
 [[nodiscard]] Result<void> check_loops(const RobotModel& model);
-/// tau, M and qdd of a mechanism with closed loops, whose samples keep them closed: forces of the
-/// motors and the inertia that they feel. `stabilization` [1/s]: how fast gaps are closed.
+/// tau, M and qdd of a mechanism with closed loops, for samples that keep them closed: forces of
+/// the motors and their effective inertia. `stabilization` [1/s]: rate at which gaps are closed.
 Function closed_inverse_dynamics(const RobotModel& model);
 Function closed_inertia(const RobotModel& model);
 Result<Function> closed_forward_dynamics(const RobotModel& model, double stabilization);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The XML documents of one import: the robot's file and those that it includes, each of which knows
-// who asked for it (layer: plugin). Nothing is trusted: sizes, numbers and circles are bounded.
+// The XML documents of one import: the robot's file and those it includes, each linked to the
+// including one (layer: plugin). Input is not trusted: sizes, numbers and cycles are limited.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@
 
 namespace robomosp::robot_files {
 
-/// Where a document comes from; elements find it through their document.
+/// Origin of a document; elements find it through their document.
 struct Source {
-  std::string name;               ///< for people; "" = the robot's own file
+  std::string name;               ///< for messages; "" = the robot's own file
   std::filesystem::path path;     ///< "" = text without a file
-  const Source* asked = nullptr;  ///< whose include asked for it
+  const Source* asked = nullptr;  ///< the document that includes it
 };
 /// Of the document that the element is in, or nullptr.
 [[nodiscard]] const Source* source_of(const Element& e);
@@ -30,7 +30,7 @@ class Documents {
   /// The root of the robot's own file.
   Result<const Element*> parse(std::string_view text, const std::filesystem::path& path);
   [[nodiscard]] Reach& reach() { return *reach_; }
-  /// The root of a file that the element `asked` includes; one out of reach is refused.
+  /// The root of a file included by the element `asked`; a file out of reach is rejected.
   Result<const Element*> open(const Element& asked, const std::filesystem::path& file);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a robot's file names, as the session may see them that has it read (robomosp.files/1)
+// Files named by a robot's file, with the access of the session that reads it (robomosp.files/1)
 // (layer: plugin).
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace robomosp::robot_files::files {
 
-/// From now on files are asked of the host, which is the same one for all; one without such a door
-/// leaves the file system. [any thread]
+/// From now on, files are read through the host, which is the same for all; without that interface,
+/// the file system is used. [any thread]
 void use(const rmp_host* host) noexcept;
 
 [[nodiscard]] bool exists(const std::filesystem::path&);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader passes over, counted by kind, so that nothing is lost without a word (layer:
-// plugin).
+// Elements skipped by a reader, counted by kind, so that nothing is lost silently (layer: plugin).
 #pragma once
 
 #include <map>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a robot file of another program holds, neutral to its format (layer: plugin, std only).
-// Metres, kilograms, radians; frames at rest, which is where all joint values are 0.
+// Content of a robot file of another program, independent of its format (layer: plugin, std only).
+// Metres, kilograms, radians; frames at rest, with all joint values 0.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ struct Shape {
   /// box: x y z; cylinder, capsule: radius, length (of the capsule without its caps); sphere:
   /// radius; ellipsoid: the three half axes [m].
   Vec3 size{};
-  std::string path;  ///< mesh: its file, or its name where it stands in the robot's file
-  std::shared_ptr<const MeshFile> mesh;  ///< what stands in the robot's file; null for a file
+  std::string path;  ///< mesh: its file, or its name if it is embedded in the robot's file
+  std::shared_ptr<const MeshFile> mesh;  ///< embedded in the robot's file; null for a separate file
   Vec3 scale{1, 1, 1};                   ///< mesh
   Pose pose;                             ///< body_T_shape
   std::optional<Colour> colour;
@@ -52,12 +52,12 @@ struct Joint {
   double max_acceleration = kUnlimited, max_jerk = kUnlimited;
   double viscous = 0, coulomb = 0, armature = 0, stiffness = 0, rest = 0;
   double coulomb_negative = -1;  ///< magnitude for the other direction; < 0 = as `coulomb`
-  std::string follows;           ///< name of the joint that it follows: q = ratio q_of + offset
+  std::string follows;           ///< name of the joint it follows: q = ratio q_of + offset
   double ratio = 1, offset = 0;
   bool passive = false;
 };
 
-/// A body after its parent; several joints act one after the other. Without joints it is fixed.
+/// A body with its parent; several joints act in sequence. Without joints it is fixed.
 struct Body {
   std::string name;
   std::int32_t parent = -1;  ///< index in any order; -1 = the ground

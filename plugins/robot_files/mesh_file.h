@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of MuJoCo's formats (STL, OBJ, MSH) for their mass only, and the rules by which it weighs
-// them; what is drawn of them is read by the host (layer: plugin).
+// Meshes of MuJoCo's formats (STL, OBJ, MSH), for their mass only, with its rules; the host reads
+// them for drawing (layer: plugin).
 #pragma once
 
 #include <array>
@@ -28,21 +28,21 @@ struct MeshFile {
 /// The same of a file's content; `extension` in lower case, without dot.
 [[nodiscard]] Result<MeshFile> parse_mesh(std::string_view bytes, std::string_view extension);
 
-/// How MuJoCo takes a mesh: `legacy`, its default, adds up the pyramids from the middle of the
-/// surface to every triangle, all positive, and so counts too much of what is not star-shaped from
-/// there; `exact` is what the triangles enclose; `convex` the hull; `shell` the surface, whose
-/// density is for its area.
+/// MuJoCo's interpretation of a mesh: `legacy`, its default, adds up the pyramids from the middle
+/// of the surface to every triangle, all positive, and so overestimates shapes that are not
+/// star-shaped from there; `exact` is the enclosed volume; `convex` the hull; `shell` the surface,
+/// with a density per area.
 enum class MeshInertia : std::uint8_t { legacy, exact, convex, shell };
 
 /// Mass and inertia at density 1, in the file's frame; `size` multiplies the coordinates. nullopt
-/// when there is no volume, or for `shell` no area.
+/// if there is no volume, or for `shell` no area.
 [[nodiscard]] std::optional<MassProperties> mesh_mass(const MeshFile& mesh, const Vec3& size,
                                                       MeshInertia rule);
 
 /// Masses of mesh files, each read once.
 class MeshMasses {
  public:
-  /// As mesh_mass(); nullopt also for a file that cannot be read, or only by the host.
+  /// As mesh_mass(); also nullopt for a file that cannot be read, or only by the host.
   std::optional<MassProperties> of(const std::string& file, const Vec3& size, MeshInertia rule);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a mechanism to native records: a robot, a solid for each different shape, a material for
+// Converts a mechanism to native records: a robot, a solid for each different shape, a material for
 // each colour (layer: plugin).
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace robomosp::robot_files {
 
-/// Orders the bodies (parents and followed joints first, else as they stand in the file), renames
-/// what is no valid name, and reports every such change in the notes.
+/// Orders the bodies (parents and followed joints first, else in the order of the file), renames
+/// those with invalid names, and reports every such change in the notes.
 [[nodiscard]] Result<Imported> records(Mechanism m, const Options& options);
 
 }  // namespace robomosp::robot_files

@@ -22,11 +22,11 @@ struct Ros2Wishes {
   bool with_bodies = true;
 };
 
-/// What is wrong with a name of a package, by the rules of REP 144; "" = nothing.
+/// Violation of the rules of REP 144 by a package name; "" = none.
 [[nodiscard]] std::string package_name_fault(const std::string& name);
 
-/// The package of the only robot of the task, whose main file is `package.xml`. What has to be left
-/// out is in the report; names that ROS 2 does not take are an error.
+/// The package of the only robot of the task, with the main file `package.xml`. Omissions are in
+/// the report; names that ROS 2 does not allow are an error.
 [[nodiscard]] Result<std::vector<ExportedFile>> write_ros2_package(const ExportTask&,
                                                                    const Ros2Wishes&,
                                                                    const StlWriter&, ExportReport&);

@@ -17,7 +17,7 @@ namespace robomosp::robot_files {
 [[nodiscard]] Result<double> real_of(const Element& e, const char* child, double otherwise);
 [[nodiscard]] Result<Vec3> triple_of(const Element& e, const char* child, Vec3 otherwise);
 
-/// A link, joint or frame and the scope that its words count in.
+/// A link, joint or frame with the scope for resolving its names.
 struct Scoped {
   const Element* e = nullptr;
   std::string scope;  ///< "" or "arm::"
@@ -39,32 +39,33 @@ class SdfModels {
   [[nodiscard]] const std::vector<Scoped>& links() const { return links_; }
   [[nodiscard]] const std::vector<Scoped>& joints() const { return joints_; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
-  /// The models that are included but were not found, or "".
+  /// Included models that were not found, or "".
   [[nodiscard]] const std::string& missing() const { return missing_; }
 
-  /// A name as an element in the scope means it.
+  /// Resolves a name used by an element in the scope.
   static std::string full_name(const Scoped& in, std::string_view name);
-  /// model_T_frame of the outermost model; a circle is an error.
+  /// model_T_frame of the outermost model; a cycle is an error.
   Result<Pose> pose_of(const Element& asked, const std::string& name);
-  /// The pose of `e` in a frame: its own, or counted from the frame that relative_to names.
+  /// The pose of `e` in a frame: its own, or relative to the frame named by relative_to.
   Result<Pose> pose_in(const Scoped& around, const Element& e, const std::string& frame);
-  /// The link that a link, frame, joint or model stands on; "world" for the world, "" for none.
+  /// The link to which a link, frame, joint or model is attached; "world" for the world, "" for
+  /// none.
   [[nodiscard]] std::string link_of(std::string name) const;
-  /// Folder of the file that the element stands in.
+  /// Folder of the element's file.
   [[nodiscard]] std::filesystem::path folder_of(const Element& e) const;
 
  private:
   struct Frame {
-    const Element* e = nullptr;  ///< whose <pose> it is; none = where its base is
-    std::string base;            ///< its pose counts from there; "" = the outermost model
-    std::string placed;          ///< the frame of this model that the pose is of; "" = itself
-    std::string stands_on;       ///< what it is attached to; "" = it is a link
+    const Element* e = nullptr;  ///< element with the <pose>; none = at its base
+    std::string base;            ///< reference frame of its pose; "" = the outermost model
+    std::string placed;          ///< the frame of this model to which the pose applies; "" = itself
+    std::string stands_on;       ///< the frame it is attached to; "" = it is a link
     bool is_done = false;
     Pose pose;  ///< model_T_frame
   };
   struct Open {
     const Element* e;          ///< <model>
-    const Element* include;    ///< whose pose and name go before the model's, or nullptr
+    const Element* include;    ///< overrides the model's pose and name, or nullptr
     std::string scope, model;  ///< of the model around it
   };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the readers of robot files share: checked numbers of XML attributes and texts, rotations,
-// and where mesh files are (layer: plugin).
+// Shared by the readers of robot files: checked numbers of XML attributes and texts, rotations, and
+// locations of mesh files (layer: plugin).
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ class Reach;
 
 using Element = tinyxml2::XMLElement;
 
-/// Numbers beyond this are taken for a damaged file.
+/// Larger numbers are taken as a sign of a damaged file.
 inline constexpr double kGreatest = 1e12;
 inline constexpr std::size_t kMostBodies = 10000;
 inline constexpr std::size_t kMostShapes = 100000;
@@ -43,7 +43,7 @@ inline constexpr std::size_t kMostShapes = 100000;
 /// All numbers of a text that is separated by blanks. `e` and `what` are for the message.
 [[nodiscard]] Result<std::vector<double>> numbers(const Element& e, std::string_view text,
                                                   std::string_view what, std::size_t most = 64);
-/// One number; `otherwise` when the attribute is not there.
+/// One number; `otherwise` if the attribute is missing.
 [[nodiscard]] Result<double> number(const Element& e, const char* attribute, double otherwise);
 [[nodiscard]] Result<Vec3> vec3(const Element& e, const char* attribute, Vec3 otherwise);
 /// Exactly `out.size()` numbers of a text.
@@ -51,7 +51,7 @@ inline constexpr std::size_t kMostShapes = 100000;
                                 std::span<double> out);
 
 [[nodiscard]] Result<Vec3> unit_vector(const Element& e, const Vec3& v);
-/// The least rotation that takes z to a unit vector.
+/// The least rotation that maps z to a unit vector.
 [[nodiscard]] std::array<double, 9> turn_z_to(const Vec3& to);
 [[nodiscard]] bool is_yes(std::string_view word, bool otherwise);
 
@@ -59,17 +59,17 @@ inline constexpr std::size_t kMostShapes = 100000;
 [[nodiscard]] std::filesystem::path found_above(const std::filesystem::path& relative,
                                                 const std::filesystem::path& folder);
 
-/// A URI with its percent escapes (RFC 3986, section 2.1) as the bytes they mean.
+/// A URI with its percent escapes (RFC 3986, section 2.1) decoded.
 [[nodiscard]] std::string without_escapes(std::string_view uri);
-/// The file that a mesh's URI means: package://, model:// and file:// as well as paths relative to
-/// the folder of the robot's file. Packages are looked for as folders of that name beside the file
-/// and above it, then, within the package, the path alone; so are those of file:// that are not
-/// beside the file. Where there is none, percent escapes are taken for what they mean. Empty when
-/// there is no such file, or when it is out of reach, which is noted there.
+/// The file of a mesh's URI: package://, model:// and file:// as well as paths relative to the
+/// folder of the robot's file. Packages are searched as folders of that name beside the file and
+/// above it, then, within the package, by the path alone; so are files of file:// that are not
+/// beside the file. If none is found, percent escapes are decoded. Empty if there is no such file,
+/// or if it is out of reach, which is noted there.
 [[nodiscard]] std::filesystem::path mesh_file(std::string_view uri,
                                               const std::filesystem::path& folder, Reach& reach);
-/// Says of meshes that were not found, by what the file calls them, that they were left out; those
-/// out of reach have a sentence of their own.
+/// Reports missing meshes by their names in the file as left out; those out of reach get a separate
+/// sentence.
 void tell_missing(const std::set<std::string>& meshes, const Reach& reach,
                   std::vector<std::string>& notes);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A connection to an MQTT broker that is kept (layer: plugin).
+// A persistent connection to an MQTT broker (layer: plugin).
 #pragma once
 
 #include <atomic>
@@ -28,8 +28,8 @@ struct BrokerWish {
 /// The key `broker`.
 [[nodiscard]] BrokerWish read_broker(Table& config);
 
-/// Subscribes, hands messages on, and publishes. A thread of its own reads; when the connection is
-/// lost it is tried again, at most every 10 s, and everything is subscribed again.
+/// Subscribes, passes messages on, and publishes. A separate thread reads; when the connection is
+/// lost, it reconnects, at most every 10 s, and subscribes again.
 class Broker {
  public:
   struct Subscription {
@@ -39,14 +39,14 @@ class Broker {
   /// Called on the reading thread.
   using OnMessage = std::function<void(std::string_view topic, std::string_view payload)>;
 
-  /// Throws ConfigFault where TLS files or the like cannot be used.
+  /// Throws ConfigFault for unusable settings, such as TLS files.
   Broker(BrokerWish wish, std::vector<Subscription> subscriptions, OnMessage on_message, Log& log);
   ~Broker();  ///< disconnects and waits for the thread
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;
 
   void start();
-  /// false = there is no connection now, and nothing is kept for later. [any thread]
+  /// false = there is no connection, and the message is dropped. [any thread]
   bool publish(const std::string& topic, const std::string& payload, bool retain);
   [[nodiscard]] bool is_connected() const { return is_connected_; }
 

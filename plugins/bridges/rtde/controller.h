@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot controller that speaks RTDE, and its states as they come (layer: plugin).
+// A robot controller connected by RTDE, and its states (layer: plugin).
 #pragma once
 
 #include <chrono>
@@ -19,11 +19,11 @@ struct ControllerWish {
   int port = kPort;
   double frequency = 125;              ///< of data packages [Hz]
   std::vector<std::string> variables;  ///< the time first, a DOUBLE
-  std::vector<std::size_t> entries;    ///< that each of them has to have; 0 = any number
+  std::vector<std::size_t> entries;    ///< required entries of each; 0 = any number
 };
 
-/// Keeps a connection: reads until `stop`, tries again at most every 10 s. Reads only: inputs of
-/// the controller are never set up.
+/// Keeps a connection: reads until `stop`, reconnects at most every 10 s. Only reads: inputs of the
+/// controller are never set up.
 class Controller {
  public:
   /// One data package: the numbers of all variables, one after the other.
@@ -35,19 +35,19 @@ class Controller {
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
 
-  /// Returns when it is stopped.
+  /// Returns after a stop.
   void run();
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// One connection, up to its end; why it ended, "" = stopped. `worked` when data came.
+  /// Runs one connection to its end; returns the reason, "" = stopped. `worked` if data arrived.
   std::string session(bool& worked);
   std::string connect();
   std::string negotiate(Recipe& recipe, std::vector<Type>& types);
   bool send(std::string_view bytes);
-  /// Waits for bytes; what is wrong, "" = nothing.
+  /// Waits for bytes; returns the fault, "" = none.
   std::string receive(Clock::time_point until);
-  /// The answer of this kind; messages of the controller that come before it are said.
+  /// The answer of this kind; text messages of the controller that arrive before it are logged.
   std::string answer(Package kind, std::string& content);
   void say_message(std::string_view content);
   void close();

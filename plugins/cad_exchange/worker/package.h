@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of an OPC package (ECMA-376 part 2), which is a ZIP, read one after the other and in
-// pieces, so that a part of any size needs no memory of its own (layer: plugin).
+// The parts of an OPC package (ECMA-376 part 2), which is a ZIP, read sequentially in pieces, so
+// that a part of any size needs little memory (layer: plugin).
 #pragma once
 
 #include <cstdint>
@@ -22,17 +22,16 @@ class Package {
   /// Opens the file and lists its parts.
   static Result<Package> open(const std::string& path);
 
-  /// The name of a part as the package spells it, or "". `name` may begin with a slash, and case
-  /// and
-  /// %-escapes do not matter, as for all names of parts.
+  /// The name of a part as spelled in the package, or "". `name` may begin with a slash, and case
+  /// and %-escapes do not matter, as for all names of parts.
   [[nodiscard]] std::string find(std::string_view name) const;
-  /// All names as the package spells them, in its order.
+  /// All names as spelled in the package, in its order.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
-  /// Hands a part over in pieces of up to 64 KiB, the last one empty; the first error of `take`
-  /// ends it. Checks the sum at the end.
+  /// Passes a part on in pieces of up to 64 KiB, the last one empty; the first error of `take` ends
+  /// it. Verifies the checksum at the end.
   Result<void> read(const std::string& name,
                     const std::function<Result<void>(std::string_view)>& take) const;
-  /// A part of no more than `most` bytes at once.
+  /// A whole part of at most `most` bytes.
   [[nodiscard]] Result<std::string> text(const std::string& name, std::size_t most) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the worker programs can do (formats.h); everything here may crash or hang on a bad file,
-// which is why they are programs of their own (layer: plugin).
+// Functions of the worker programs (formats.h); all of them may crash or hang on a bad file, so
+// they run in separate programs (layer: plugin).
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ namespace robomosp::cad_exchange {
 struct ReadOptions {
   std::string format;  ///< extension, lower case
   bool heal = true;
-  double unit = 0;  ///< length of one unit where the file does not tell [m]; 0 = not given
+  double unit = 0;  ///< length of one unit if the file does not state it [m]; 0 = not given
 };
 
 struct WriteOptions {
@@ -31,7 +31,7 @@ Result<Scene> read_cad(const std::string& path, const ReadOptions&, Progress&);
 Result<std::string> write_cad(const Scene&, const WriteOptions&, Progress&);
 /// Meshes through Assimp: OBJ, PLY, glTF, GLB, DAE.
 Result<Scene> read_meshes(const std::string& path, const ReadOptions&, Progress&);
-/// 3MF: core, materials and production; of other extensions it says what it left out.
+/// 3MF: core, materials and production; it reports parts of other extensions as left out.
 Result<Scene> read_3mf(const std::string& path, Progress&);
 
 }  // namespace robomosp::cad_exchange

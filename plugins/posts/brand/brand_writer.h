@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// BrandWriter: what the posts of VAL3, AS, PacScript, PDL2 and the PA-10 library have in common.
-// Records and arrays become plain variables, geometric values become transforms, a motion is
-// resolved into targets, speeds and blending (layer: plugins/posts, header only).
+// BrandWriter: shared by the posts of VAL3, AS, PacScript, PDL2 and the PA-10 library. Records and
+// arrays become plain variables, geometric values become transforms, a motion is resolved into
+// targets, speeds and blending (layer: plugins/posts, header only).
 #pragma once
 
 #include <array>
@@ -18,31 +18,31 @@
 
 namespace robomosp::post::brand {
 
-/// What a variable of the target holds.
+/// Type of a variable of the target.
 enum class Kind { none, integer, real, boolean, string, transform };
 
 struct Bounds {
   std::int32_t lower = 0, upper = 0;
   [[nodiscard]] std::int64_t size() const { return std::int64_t{upper} - lower + 1; }
 };
-/// A number of a motion: known, or computed while the program runs.
+/// A number of a motion: known, or computed at run time.
 struct Number {
   std::optional<double> known;
-  std::string text;  ///< where it is not known
+  std::string text;  ///< if unknown
 };
-/// Where a motion goes.
+/// Target of a motion.
 struct Goal {
   bool is_joints = false;
-  std::vector<double> axes;      ///< of the controller [degrees or mm], where is_joints
+  std::vector<double> axes;      ///< of the controller [degrees or mm], if is_joints
   std::vector<double> external;  ///< of the profile's external axes
-  std::optional<Pose> pose;      ///< frame_T_tip, where it is known
-  std::string text;              ///< else the transform, in words of the target
+  std::optional<Pose> pose;      ///< frame_T_tip, if known
+  std::string text;              ///< else the transform, in the target's language
   const PostPoint* point = nullptr;
 };
 /// A tool or a frame of a motion.
 struct Placing {
-  std::optional<Pose> pose;  ///< none = as it was at the start
-  std::string text;          ///< computed while it runs
+  std::optional<Pose> pose;  ///< empty = unchanged since the start
+  std::string text;          ///< computed at run time
   bool operator==(const Placing& o) const {
     const auto same = [](const std::optional<Pose>& a, const std::optional<Pose>& b) {
       return a.has_value() == b.has_value() && (!a || (a->p == b->p && a->R == b->R));
@@ -55,10 +55,10 @@ struct Move {
   bool is_ptp = false, incremental = false;
   Number speed, speed_ori, acc;  ///< [mm/s or %], [degrees/s], [%]
   Number blend;                  ///< [mm or %]
-  bool passes = false;           ///< goes on without a stop
+  bool passes = false;           ///< continues without a stop
   Placing tool, frame;
 };
-/// A piece of a variable that the target has a name for.
+/// A part of a variable that has a name in the target.
 struct Leaf {
   std::string suffix;
   std::uint32_t type = 0;
@@ -71,7 +71,7 @@ class BrandWriter : public Writer {
   using Writer::Writer;
 
  protected:
-  // ---- spelling of the target ----
+  // ---- syntax of the target ----
   virtual std::string transform(const Pose&) = 0;
   virtual std::string translation(const std::string& x, const std::string& y,
                                   const std::string& z) = 0;
@@ -97,12 +97,12 @@ class BrandWriter : public Writer {
     }
   }
   virtual int most_dimensions() const { return 1; }
-  /// Name of a variable from its wish; targets with marks for kinds add them.
+  /// Name of a variable from its wish; targets with type marks add them.
   virtual std::string spelled(std::uint32_t /*symbol*/, Kind, const std::string& name) {
     return name;
   }
   virtual void write_move(const Motion&, const Move&) = 0;
-  /// Waits for motions that run beside the program.
+  /// Waits for motions that run in parallel with the program.
   virtual void settle() {}
   virtual bool has_external() const { return false; }
   virtual bool has_speed_ori() const { return false; }
@@ -122,7 +122,7 @@ class BrandWriter : public Writer {
                ? Kind::transform
                : Kind::none;
   }
-  /// Pieces of a type; none = it cannot be said.
+  /// Parts of a type; empty = it cannot be expressed.
   std::optional<std::vector<Leaf>> leaves(std::uint32_t t) {
     std::vector<Leaf> out;
     std::vector<std::pair<std::uint32_t, Leaf>> open{{t, {}}};
@@ -233,7 +233,7 @@ class BrandWriter : public Writer {
   }
 
   // ---- declarations ----
-  /// Where a variable is declared; those of the language have no place of their own.
+  /// Where a variable is declared; those of the language have no such place.
   [[nodiscard]] rmp_span home(std::uint32_t s) const {
     return is_system(s) ? routine(0).span : symbol(s).span;
   }
@@ -252,7 +252,7 @@ class BrandWriter : public Writer {
       declare_leaf(leaf_name(s, l.suffix, kind(l.type)), kind(l.type), l.bounds, r);
     to_set_.push_back(s);
   }
-  /// Initial values, as assignments; to be called from routine_code().
+  /// Initial values, as assignments; call it from routine_code().
   void set_initial() {
     for (const std::uint32_t s : std::exchange(to_set_, {})) {
       at_ = home(s);
@@ -295,7 +295,7 @@ class BrandWriter : public Writer {
       if (step == RMP_NONE) ++dimension;
       if (x.op == RMP_EXPR_SYMBOL && x.symbol != RMP_NONE &&
           symbol(x.symbol).kind == RMP_SYMBOL_CONSTANT) {
-        // A constant array or record: its value is where the elements are.
+        // A constant array or record: its value is at the elements.
         const auto& y = symbol(x.symbol).value;
         if (y != RMP_NONE && expression(y).op == RMP_EXPR_MAKE && i < expression(y).count) {
           e = links(expression(y).first, expression(y).count)[i];
@@ -339,7 +339,7 @@ class BrandWriter : public Writer {
     }
     assign_parts(*p, value);
   }
-  /// A record or an array as a whole, piece by piece.
+  /// Assigns a whole record or array, part by part.
   void assign_parts(const Place& to, std::uint32_t value) {
     const auto all = leaves(to.type);
     const auto from = place(value);
@@ -367,7 +367,7 @@ class BrandWriter : public Writer {
       assign_text(whole(a), kind(l.type), v);
     }
   }
-  /// R_SPEED and its kin are variables of the program where it assigns them.
+  /// Called for assignments to R_SPEED and the like, which are variables of the program then.
   virtual void system_assigned(std::uint32_t s, std::uint32_t value) {
     assign_text(leaf_name(s, "", kind(symbol(s).type)), kind(symbol(s).type), text(value));
   }
@@ -433,7 +433,7 @@ class BrandWriter : public Writer {
     if (const auto f = function(name); !f.empty()) return {f + "(" + list(a) + ")"};
     return Writer::intrinsic(name, a, e);
   }
-  /// The target's function of numbers with the same meaning; "" = none.
+  /// The target's equivalent numeric function; "" = none.
   virtual std::string function(std::string_view) { return ""; }
   Text compose(std::uint32_t a, std::uint32_t b, const rmp_code_expression& e) override {
     if (role(e.type) == RMP_ROLE_POSITION) {
@@ -443,7 +443,7 @@ class BrandWriter : public Writer {
     }
     return product_of(a, b);
   }
-  /// The left side first: what it calls may write lines of its own.
+  /// The left operand first: a call in it may write separate lines.
   Text product_of(std::uint32_t a, std::uint32_t b) {
     Text left = expr(a);
     return product(std::move(left), expr(b));
@@ -560,7 +560,7 @@ class BrandWriter : public Writer {
                  : "Move them with signals, or remove them from the profile and the target.");
       return {};
     }
-    // A target without additional joints leaves them where they are.
+    // A target without additional joints leaves them unchanged.
     if (p.external.empty()) return {};
     return external_axes(p);
   }
@@ -647,13 +647,13 @@ class BrandWriter : public Writer {
     }
     return true;
   }
-  /// A number where it stands in the text.
+  /// A number for use inside a text.
   std::string shown(const Number& n, int digits) {
     return n.known ? number(*n.known, digits) : n.text;
   }
 
-  /// Millimetres of the blending: C_CP itself; C_PTP by the profile's option c_ptp_mm, the distance
-  /// that 100 % stand for.
+  /// Blending distance in millimetres: C_CP itself; C_PTP by the profile's option c_ptp_mm, the
+  /// distance for 100 %.
   Number blend_mm(const Move& m) {
     if (!m.is_ptp || !m.passes) return m.blend;
     const double full = number_option("c_ptp_mm", 100);
@@ -673,17 +673,18 @@ class BrandWriter : public Writer {
     if (!std::isfinite(v)) return "0.0";
     return without_exponent(v);
   }
-  /// Numbers without exponents: not every controller reads those.
+  /// Numbers without exponents, since not every controller reads those.
   std::string real_literal(double v) override { return plain(v); }
 
   // ---- calls ----
-  /// A new variable of the present routine; only where functions become procedures.
+  /// A new variable of the current routine; only if functions become procedures.
   virtual std::string temporary(Kind) { return "t"; }
   virtual std::string call_line(const std::string& name, const std::string& arguments) {
     return "CALL " + name + "(" + arguments + ")";
   }
   virtual bool has_functions() const { return false; }
-  /// Without functions, one is called before the statement, and gives its value by a parameter.
+  /// If functions are not supported, one is called before the statement, and returns its value by a
+  /// parameter.
   Text call_function(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
     if (has_functions()) return Writer::call_function(r, arguments);
     if (!may_call_) {
@@ -699,7 +700,7 @@ class BrandWriter : public Writer {
     line(call_line(routine_name(r), all + (all.empty() ? "" : ", ") + to));
     return {to};
   }
-  /// Routines that none of these languages has within a program.
+  /// Rejects routines that these languages lack within a program.
   void refuse_beside(std::uint32_t r) {
     if (routine(r).kind == RMP_ROUTINE_PROCESS)
       cannot("parallel processes", "Post them as separate programs.");
@@ -712,14 +713,14 @@ class BrandWriter : public Writer {
       all += (all.empty() ? "" : ", ") + temporary(kind(routine(r).result));
     line(call_line(routine_name(r), all));
   }
-  /// A condition that is asked more than once, or not where its text stands.
+  /// A condition that is evaluated more than once, or elsewhere than at its position.
   std::string asked_again(std::uint32_t condition) {
     may_call_ = false;
     std::string s = text(condition);
     may_call_ = true;
     return s;
   }
-  /// While a program runs ahead of its motions: signals are asked for when these have ended.
+  /// For programs that run ahead of their motions: waits for these before reading signals.
   void settle_for(std::uint32_t condition) {
     if (reads_signals(condition)) settle();
   }
@@ -731,8 +732,8 @@ class BrandWriter : public Writer {
     if (reads_.back()) settle();
     reads_.pop_back();
   }
-  /// What FOR counts through, in words of the target: from, to and, where it is not 1, the step
-  /// that is added. `sign` is how strongly a sign binds.
+  /// The range of FOR in the target's language: from, to and, unless it is 1, the added step.
+  /// `sign` is the precedence of a sign.
   std::string range(std::uint32_t from, std::uint32_t to, std::uint32_t step, bool down,
                     const char* to_word, const char* step_word, int sign) {
     std::string out = text(from);
@@ -741,7 +742,7 @@ class BrandWriter : public Writer {
     const Text by = expr(step);
     return out + step_word + (down ? "-" + within(by, sign) : by.text);
   }
-  /// An index that begins elsewhere, by so much.
+  /// An index with another origin, shifted.
   static std::string counted(const std::string& index, std::int64_t shift) {
     std::int64_t number = 0;
     const auto r = std::from_chars(index.data(), index.data() + index.size(), number);
@@ -750,7 +751,7 @@ class BrandWriter : public Writer {
     if (shift == 0) return index;
     return index + (shift > 0 ? " + " : " - ") + std::to_string(shift > 0 ? shift : -shift);
   }
-  /// Indices, one behind the other; `first` is the number of the first element there.
+  /// Indices, one after another; `first` is the number of the first element in the target.
   static std::string counted(const std::vector<std::string>& indices,
                              const std::vector<Bounds>& bounds, std::int64_t first,
                              const char* between = ", ") {
@@ -759,7 +760,7 @@ class BrandWriter : public Writer {
       out += (k ? between : "") + counted(indices[k], first - std::int64_t{bounds[k].lower});
     return out;
   }
-  /// Values of a message that are words and numbers, one behind the other; nothing = said.
+  /// Values of a message as words and numbers, one after another; nothing = a fault was reported.
   std::optional<std::string> message_text(std::span<const std::uint32_t> values,
                                           const char* between) {
     std::string all;
@@ -775,13 +776,13 @@ class BrandWriter : public Writer {
     cannot("messages of " + type_name(expression(value).type), "Write its parts.");
     return false;
   }
-  /// Of a wait, in languages that count milliseconds.
+  /// For a wait in languages that count milliseconds.
   void warn_of_rounding(std::uint32_t seconds) {
     const auto k = known(seconds);
     if (k && std::fabs(*k * 1000 - std::round(*k * 1000)) > 1e-9)
       warn("the time is rounded to milliseconds");
   }
-  /// Signals that have numbers only, and no analog ones; says it if this is another.
+  /// Checks that a signal has a number and is not analogue; reports a fault otherwise.
   bool is_numbered(const Signal& s) {
     if (s.type == RMP_TYPE_REAL) cannot("analog signals", "Use an INT of several bits.");
     if (!s.target.empty())
@@ -799,7 +800,7 @@ class BrandWriter : public Writer {
     }
     return out;
   }
-  /// A string between such quotes; what cannot stand there is an error.
+  /// A string in these quotes; characters that cannot be written are an error.
   Text quoted(std::string_view s, char quote) {
     for (const char c : s)
       if (c == quote || c == '\\' || c < ' ' || c > '~') {
@@ -831,7 +832,7 @@ class BrandWriter : public Writer {
     }
     return false;
   }
-  /// Whether it needs nothing but signals and constants.
+  /// True if it depends on signals and constants only.
   bool is_of_signals_only(std::uint32_t e) const {
     std::vector<std::uint32_t> open{e};
     while (!open.empty()) {
@@ -846,7 +847,8 @@ class BrandWriter : public Writer {
     }
     return true;
   }
-  /// Result of a function, a parameter or a local of a kind that the target has.
+  /// Checks that the result of a function, a parameter or a local has a kind that the target
+  /// supports.
   bool check_parameters(std::uint32_t r) {
     bool all_right = true;
     for (std::uint32_t k = 0; k < routine(r).parameter_count; ++k) {
@@ -865,7 +867,7 @@ class BrandWriter : public Writer {
  private:
   std::map<std::pair<std::uint32_t, std::string>, std::uint64_t> keys_;
   std::vector<std::uint32_t> to_set_;
-  std::vector<bool> reads_;  ///< of the WHILEs around: whether they ask for signals
+  std::vector<bool> reads_;  ///< of the enclosing WHILEs: whether they read signals
 
  protected:
   bool may_call_ = true;

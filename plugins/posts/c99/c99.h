@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Posts of C: a program in C99 that drives a robot through a small header of motions, behind which
-// stands the client of ROBOMOSP (c) or the library of the Mitsubishi PA-10 (pa10) (layer: data
+// Posts of C: a program in C99 that drives a robot through a small header of motions, implemented
+// by the client of ROBOMOSP (c) or the library of the Mitsubishi PA-10 (pa10) (layer: data
 // processing, plugin posts).
 #pragma once
 

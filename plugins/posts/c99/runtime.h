@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files in C that stand beside every program: what it calls, and who does it (layer: data
-// processing, plugin posts). Their own includes are split, since they are none of this program.
+// The C files written beside every program: the functions it calls, and their implementations
+// (layer: data processing, plugin posts). Their includes are split so that they are not taken for
+// this program's.
 #pragma once
 
 namespace robomosp::posts::c_runtime {
@@ -655,7 +656,7 @@ void rmp_halt(void) {
 }
 )";
 
-/// What is added where a program has additional joints.
+/// Appended if a program has additional joints.
 inline constexpr const char* kAdditionalRobomosp = R"(
 void rmp_additional(const double *values, int count) {
   static double additional[RMP_MOST_JOINTS];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// DeclaredWriter: what posts of languages with records and arrays of their own share (KRL, RAPID):
-// elements counted from 1 in one pair of brackets, first values, arms of CASE, helper routines
-// (layer: plugin helper).
+// DeclaredWriter: shared by posts of languages with records and arrays (KRL, RAPID): elements
+// counted from 1 in one pair of brackets, initial values, branches of CASE, helper routines (layer:
+// plugin helper).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace robomosp::post {
 
-/// A routine that is written where its name is called.
+/// A routine that is written if its name is called.
 struct Helper {
   const char* name;
   const char* text;
@@ -23,18 +23,18 @@ struct Helper {
 
 class DeclaredWriter : public Writer {
  public:
-  /// How a language writes elements and assignments: a[1] and "=" or a{1} and ":=" with ";".
+  /// Syntax of elements and assignments: a[1] and "=" or a{1} and ":=" with ";".
   struct Spelling {
     char open, close;
     const char *assign, *end, *record;  ///< record: name of one that has none
-    int index;                          ///< how strongly an index binds to what is added to it
+    int index;                          ///< precedence of an index for appended terms
   };
   DeclaredWriter(const PostTask& task, PostOutput& output, const PostCapabilities& capabilities,
                  Progress& progress, const Spelling& spelling)
       : Writer(task, output, capabilities, progress), spelling_(spelling) {}
 
  protected:
-  /// An array that begins with the value of another one.
+  /// Initialises an array with the value of another one.
   virtual void begins_with(const std::string& to, std::uint32_t value) = 0;
   virtual std::string zero(std::uint32_t type) = 0;
   virtual std::string first_value(std::uint32_t value) = 0;
@@ -55,7 +55,7 @@ class DeclaredWriter : public Writer {
   void set(const std::string& to, const std::string& value) {
     line(to + spelling_.assign + value + spelling_.end);
   }
-  /// Assigns a variable the value that it begins with.
+  /// Assigns a variable its initial value.
   void initial(const std::string& to, std::uint32_t t, std::uint32_t value) {
     constexpr std::int64_t kMost = 10000;
     const auto& x = type(t);
@@ -89,7 +89,7 @@ class DeclaredWriter : public Writer {
     }
     set(to, value == RMP_NONE ? zero(t) : first_value(value));
   }
-  /// First values of what was declared in this routine.
+  /// Initial values of the declarations in this routine.
   void set_initial(std::uint32_t r) {
     for (const std::uint32_t s : std::exchange(init_, {})) {
       at_ = symbol(s).span;
@@ -132,7 +132,7 @@ class DeclaredWriter : public Writer {
                                  static_cast<const char*>(c_.expressions.rows)) /
         c_.expressions.row_size);
   }
-  /// Arms of CASE stand further in than its first and last line.
+  /// Branches of CASE are indented deeper than its first and last line.
   void case_opens(const std::string& head) {
     line(head);
     arms_.push_back(false);
@@ -147,14 +147,14 @@ class DeclaredWriter : public Writer {
     arms_.pop_back();
     line(tail);
   }
-  /// Whether any motion has this attribute itself: in a loop what a motion further down sets is
-  /// there at the motions above it.
+  /// True if any motion has this attribute itself: in a loop, settings of later motions apply to
+  /// earlier ones.
   [[nodiscard]] bool is_anywhere(std::uint32_t attribute) const {
     for (std::uint32_t i = 0; i < c_.attributes.count; ++i)
       if (row<rmp_code_attribute>(c_.attributes, i).attribute == attribute) return true;
     return false;
   }
-  /// Adds the helpers that lines call, and those that these need: the second of a pair.
+  /// Adds the helpers called in the text, and those they need: the second of a pair.
   static void add_helpers(const std::string& used, std::span<const Helper> all,
                           std::span<const std::pair<const char*, const char*>> needs, File& to) {
     std::set<std::string> wanted;
@@ -178,7 +178,7 @@ class DeclaredWriter : public Writer {
 
  private:
   Spelling spelling_;
-  std::vector<bool> arms_;  ///< of the CASEs around: whether one is open
+  std::vector<bool> arms_;  ///< of the enclosing CASEs: whether a branch is open
 };
 
 }  // namespace robomosp::post

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// MoveWriter: what posts ask of motions, whatever their language: absolute goals, attributes that
-// are numbers, tools and frames of the profile, tests of one signal (layer: plugin helper).
+// MoveWriter: the treatment of motions shared by posts of all languages: absolute goals, numeric
+// attributes, tools and frames of the profile, tests of one signal (layer: plugin helper).
 #pragma once
 
 #include <cmath>
@@ -30,8 +30,9 @@ class MoveWriter : public Writer {
 
   void forget() override { last_.reset(); }
 
-  /// Whether the motion has nothing that no target here has; says what it has. Where it goes with
-  /// another tool than the one before, the tip is not where that one has brought its own.
+  /// Checks that the motion has no feature that all of these targets lack; reports it otherwise. If
+  /// the tool differs from the previous motion's, the tip starts elsewhere than where that motion
+  /// left its tip.
   bool plain(const Motion& m) {
     std::optional<Pose> tool;
     std::uint32_t computed = RMP_NONE;
@@ -62,7 +63,7 @@ class MoveWriter : public Writer {
            "Remove C_SPEED, or give the motion a lower SPEED.");
     return fine;
   }
-  /// The number of an attribute; nothing where it is not known, not given, or wrong (then said).
+  /// The number of an attribute; nothing if it is unknown, missing, or invalid (then reported).
   std::optional<double> number_of(const Motion& m, std::uint32_t a, const char* name,
                                   double least = 0, double most = 1e9) {
     const auto& x = m[a];
@@ -75,18 +76,18 @@ class MoveWriter : public Writer {
     }
     return *x.known;
   }
-  /// Time of the whole motion [s], where one is given and known.
+  /// Time of the whole motion [s], if given and known.
   std::optional<double> time_of(const Motion& m) {
     const auto& x = m[RMP_ATTR_TIME];
     if (!x.known || *x.known == -1) return std::nullopt;
     return number_of(m, RMP_ATTR_TIME, "TIME", 0.001, 1e6);
   }
-  /// Whether TIME may count.
+  /// True if TIME may apply.
   [[nodiscard]] static bool has_time(const Motion& m) {
     const auto& x = m[RMP_ATTR_TIME];
     return x.known ? *x.known != -1 : x.expression != RMP_NONE;
   }
-  /// An attribute that is a pose; nothing = not given or (said) not known.
+  /// An attribute that is a pose; nothing = missing, or unknown (reported).
   std::optional<Pose> pose_of(const Motion& m, std::uint32_t a, const char* name) {
     if (!m[a].given) return std::nullopt;
     const PostPoint* p = point(m[a].expression);
@@ -96,7 +97,7 @@ class MoveWriter : public Writer {
            "Build it from constants, or post the flattened program (form = \"flat\").");
     return std::nullopt;
   }
-  /// Whether a controller could take this position at all; says it if not.
+  /// Checks that a controller could accept this position; reports it otherwise.
   bool usable(const Pose& p) {
     for (const double x : p.R)
       if (!std::isfinite(x)) {
@@ -115,7 +116,7 @@ class MoveWriter : public Writer {
   static bool is_joints(std::uint32_t role) {
     return role == RMP_ROLE_JOINT || role == RMP_ROLE_MAIN_JOINT;
   }
-  /// The step of an increment in the base's axes, where it is known: FRAME turns it.
+  /// The step of an increment in the base's axes, if known: FRAME rotates it.
   std::optional<Pose> step(const Motion& m, const Target& t) const {
     if (!t.point || !t.point->has_pose) return std::nullopt;
     Pose out = t.point->pose;
@@ -127,8 +128,8 @@ class MoveWriter : public Writer {
     turn.R = f->pose.R;
     return product(product(turn, out), inverse(turn));
   }
-  /// base_T_tip at a target, where it is known; increments are added to the goal before. Says
-  /// nothing where it is not known.
+  /// base_T_tip at a target, if known; increments are added to the previous goal. An unknown one is
+  /// not reported.
   std::optional<Pose> goal(const Motion& m, const Target& t) {
     if (!t.point || !t.point->has_pose) return std::nullopt;
     const Pose& p = t.point->pose;
@@ -153,7 +154,7 @@ class MoveWriter : public Writer {
     }
     return out;
   }
-  /// The same, and an error where it is not known.
+  /// The same, with an error if it is unknown.
   std::optional<Pose> certain_goal(const Motion& m, const Target& t) {
     auto out = goal(m, t);
     if (out) return usable(*out) ? out : std::nullopt;
@@ -176,7 +177,7 @@ class MoveWriter : public Writer {
   void arrived(std::optional<Pose> at) { last_ = std::move(at); }
   [[nodiscard]] const std::optional<Pose>& last() const { return last_; }
 
-  /// Additional joints of a target where the controller has no external axes.
+  /// Rejects additional joints of a target if the controller has no external axes.
   void no_external(const PostPoint* p) {
     if (!p || p->external.empty()) return;
     for (const double x : p->external)
@@ -188,7 +189,7 @@ class MoveWriter : public Writer {
     if (!std::exchange(told_external_, true))
       note("additional joints are not written; those of this target are 0");
   }
-  /// Number of the profile's tool or frame with this placement; an error where it has none.
+  /// Number of the profile's tool or frame with this placement; an error if there is none.
   std::optional<std::int32_t> place_number(std::span<const PostPlace> places, const Pose& pose,
                                            const char* what) {
     for (const PostPlace& p : places)
@@ -229,11 +230,11 @@ class MoveWriter : public Writer {
     }
     return std::nullopt;
   }
-  /// State of a BOOL signal that a test asks for, with the profile's inversion.
+  /// The requested state of a BOOL signal in a test, with the profile's inversion.
   static bool wanted(const SignalTest& t) {
     return (t.value != 0) == t.is_equal ? !t.signal.inverted : t.signal.inverted;
   }
-  /// Text that the target's character set takes; what it does not becomes '?', and is said.
+  /// Text in the target's character set; other characters become '?', which is reported.
   std::string plain_text(std::string_view s, char quote) {
     std::string out;
     bool changed = false;
@@ -246,7 +247,7 @@ class MoveWriter : public Writer {
     if (changed) warn("a text has characters that " + std::string(caps_.title) + " does not take");
     return out;
   }
-  /// Degrees of a list of axes, all finite and of this number; else said and empty.
+  /// Degrees of a list of axes, all finite and of this number; else empty, and reported.
   std::vector<double> checked_axes(const PostPoint& p, std::size_t count = 0) {
     const std::uint32_t before = errors_;
     auto out = axes(p);
@@ -266,7 +267,7 @@ class MoveWriter : public Writer {
     return errors_ == before ? out : std::vector<double>{};
   }
 
-  bool has_other_tool_ = false;  ///< the motion, than the one before
+  bool has_other_tool_ = false;  ///< different from the previous motion's
 
  private:
   std::optional<Pose> last_, tool_before_;

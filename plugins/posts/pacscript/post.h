@@ -190,7 +190,7 @@ class PacWriter final : public brand::BrandWriter {
     return "P(" + x + ", " + y + ", " + z + ", 0, 0, 0, -1)";
   }
   std::string rotation(std::size_t axis, const std::string& d) override {
-    // Of one axis all conventions are one, but that of three turns about z, y, z.
+    // For a single axis all conventions agree, except rotations about z, y, z.
     if (option("orientation") == "zyz") {
       if (axis == 0) return "P(0, 0, 0, -90, " + d + ", 90, -1)";
       return axis == 1 ? "P(0, 0, 0, 0, " + d + ", 0, -1)" : "P(0, 0, 0, " + d + ", 0, 0, -1)";
@@ -292,7 +292,7 @@ class PacWriter final : public brand::BrandWriter {
       line(f + " = False");
       return;
     }
-    // The third place tells whether the condition was seen.
+    // The third argument receives whether the condition became true.
     line(s + ", " + f);
     line(f + " = Not(" + f + ")");
   }
@@ -460,7 +460,8 @@ class PacWriter final : public brand::BrandWriter {
   std::deque<Procedure> procedures_;
   Procedure* now_ = nullptr;
   std::vector<std::string> loops_;
-  std::map<std::int64_t, std::pair<bool, bool>> ios_;  ///< is an output; a clash was told
+  std::map<std::int64_t, std::pair<bool, bool>> ios_;  ///< whether it is an output; whether a clash
+                                                       ///< was reported
   std::string result_;
   Modal<std::string> tool_, work_;
   bool told_ = false;

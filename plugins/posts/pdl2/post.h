@@ -240,8 +240,8 @@ class Pdl2Writer final : public brand::BrandWriter {
   Text call_function(std::uint32_t r, std::span<const std::uint32_t> arguments) override {
     return {routine_name(r) + (arguments.empty() ? "" : "(" + by_mode(r, arguments) + ")")};
   }
-  /// Variables go by reference, and their types have to be those of the parameters; within
-  /// parentheses of their own they go by value.
+  /// Variables are passed by reference, and their types must be those of the parameters; in extra
+  /// parentheses they are passed by value.
   std::string by_mode(std::uint32_t r, std::span<const std::uint32_t> arguments) {
     std::string out;
     for (std::size_t k = 0; k < arguments.size(); ++k) {
@@ -329,8 +329,8 @@ class Pdl2Writer final : public brand::BrandWriter {
   }
 
   // ---- signals ----
-  /// A variable that the programs of several robots share, in place of a line between them. It is
-  /// of the program that gives it values.
+  /// A variable shared by the programs of several robots, in place of a line between them. It
+  /// belongs to the program that assigns it.
   bool is_shared(const Signal& s) {
     if (s.kind != "shared") return false;
     const bool is_bool = s.type == RMP_TYPE_BOOL;

@@ -107,7 +107,7 @@ class Val3Writer final : public brand::BrandWriter {
       data_.add("      <Value key=\"" + std::to_string(i) + "\" " + values[i] + " />");
     data_.add("    </Data>");
   }
-  /// The name of a datum with these values; equal ones are one.
+  /// The name of a datum with these values; equal values share one.
   std::string datum(const char* prefix, const char* type, const std::string& values) {
     const auto [it, is_new] = kept_.try_emplace(std::string(type) + " " + values);
     if (is_new) {
@@ -199,7 +199,7 @@ class Val3Writer final : public brand::BrandWriter {
     out_->out();
   }
   void forget() override { pending_ = true; }
-  /// Motions run beside the program: what comes next waits for those that blend.
+  /// Motions run in parallel with the program: the next statement waits for those that blend.
   void settle() override {
     if (pending_) line("waitEndMove()");
     pending_ = false;
@@ -304,8 +304,8 @@ class Val3Writer final : public brand::BrandWriter {
       if (n == irl) return val3;
     return "";
   }
-  /// Towards zero, of an argument that stands there three times: roundDown() alone goes to the left
-  /// of a negative one.
+  /// Towards zero, for an argument that is repeated three times: roundDown() alone rounds a
+  /// negative one down.
   Text truncated(const Text& x) {
     if (x.text.size() > 1000) {
       fail("nested DIV and TRUNC are too long for VAL3, which expresses them with sel()",
@@ -314,7 +314,7 @@ class Val3Writer final : public brand::BrandWriter {
     }
     return {"sel(" + within(x, 5) + " < 0, roundUp(" + x.text + "), roundDown(" + x.text + "))"};
   }
-  /// An expression whose text is written more than once: its signals are read before.
+  /// An expression with a text that is written more than once: its signals are read before.
   Text repeated(std::uint32_t e) {
     const bool outer = std::exchange(is_repeated_, true);
     Text out = expr(e);
@@ -430,7 +430,7 @@ class Val3Writer final : public brand::BrandWriter {
     }
     return s.inverted ? Text{"!" + n, 8} : Text{n};
   }
-  /// The value of a signal that one expression has several times.
+  /// The value of a signal that occurs several times in one expression.
   Text read_once(const std::string& read) {
     if (!may_call_) {
       fail(
@@ -560,7 +560,7 @@ class Val3Writer final : public brand::BrandWriter {
     if (how.empty()) return;
     std::vector<std::string> goals;
     if (x.incremental) {
-      // From where it is: the arm has to stand there.
+      // From its current position: the arm must be at rest there.
       line("waitEndMove()");
       point_variable();
       line("l_pTo = here(" + tool + ", " + frame + ")");
@@ -643,7 +643,7 @@ class Val3Writer final : public brand::BrandWriter {
                                "\" blend=\"" + (x.passes ? "joint" : "off") + "\" leave=\"" + far +
                                "\" reach=\"" + far + "\"";
     if (is_known) return datum("mMove", "mdesc", values);
-    // One whose parts are set before each use.
+    // A datum with components that are set before each use.
     const std::string n = datum("mMove", "mdesc", values + " ");
     if (!x.speed.known) line(n + (x.is_ptp ? ".vel = " : ".tvel = ") + x.speed.text);
     if (!x.is_ptp && !x.speed_ori.known) line(n + ".rvel = " + x.speed_ori.text);
@@ -666,7 +666,7 @@ class Val3Writer final : public brand::BrandWriter {
   std::map<std::uint32_t, Signal> signals_;
   std::size_t points_ = 0;
   bool pending_ = false;
-  bool is_repeated_ = false;  ///< what is written now stands in its expression more than once
+  bool is_repeated_ = false;  ///< the text being written is repeated in its expression
 };
 
 class Val3 final : public Post {
