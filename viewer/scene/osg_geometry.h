@@ -19,7 +19,7 @@
 
 namespace robomosp::viewer {
 
-/// Sets a uniform of a state set, making it if it is new.
+/// Sets a uniform of a state set, and creates it if missing.
 template <class T>
 void set_uniform(osg::StateSet* state, const char* name, const T& value) {
   if (osg::Uniform* u = state->getUniform(name)) u->set(value);
@@ -34,7 +34,7 @@ void set_uniform(osg::StateSet* state, const char* name, const T& value) {
 [[nodiscard]] osg::Vec4f linear_of(const Colour& srgb);
 
 [[nodiscard]] osg::ref_ptr<osg::Geometry> triangles_of(const Surface& surface);
-/// Lines between pairs of ends (6 numbers each) with the way along the line at each end.
+/// Lines between pairs of ends (6 numbers each) with the distance along the line at each end.
 [[nodiscard]] osg::ref_ptr<osg::Geometry> segments_of(const std::vector<float>& ends,
                                                       const std::vector<float>& along);
 /// Plane triangles with one normal.
@@ -43,10 +43,10 @@ void set_uniform(osg::StateSet* state, const char* name, const T& value) {
                                                    const Vec3& normal);
 /// Sphere about the origin.
 [[nodiscard]] osg::ref_ptr<osg::Geometry> ball_of(double radius);
-/// The triangles with one normal per place instead of per vertex, so that a hull pushed outwards
+/// The triangles with one normal per position instead of per vertex, so that a hull pushed outwards
 /// along them has no gaps at corners.
 [[nodiscard]] osg::ref_ptr<osg::Geometry> hull_of(const Surface& surface);
-/// The strip that the ribbon shader widens; points that repeat or are not finite are left out.
+/// The strip that the ribbon shader widens; repeated points and non-finite ones are left out.
 [[nodiscard]] osg::ref_ptr<osg::Geometry> ribbon_of(std::span<const Vec3> points);
 /// Arrow of unit length along +z.
 [[nodiscard]] osg::ref_ptr<osg::Geometry> arrow_of(double shaft_radius);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The nodes of a scene view and what its parts share (layer: GUI). Internal to
+// The nodes of a scene view, shared by its parts (layer: GUI). Internal to
 // viewer/scene/scene_view*.cpp.
 #pragma once
 
@@ -35,9 +35,9 @@
 
 namespace robomosp::viewer {
 
-// What each camera draws.
+// Objects drawn by each camera.
 constexpr unsigned kVisible = 1, kCaster = 2, kGlassCaster = 4, kGlassCaster2 = 8;
-// Order of drawing within the picture.
+// Drawing order within the picture.
 constexpr int kBodyBin = 1, kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4,
               kGroundFromBelowBin = 5, kEdgeBin = 6, kRibbonBin = 7, kVeilBin = 8,
               kGlassBin = 100,  // and the bins after it, one for each layer of glass
@@ -48,17 +48,17 @@ constexpr double kEdgeWidth = 1.15, kDrawnWidth = 2.0, kMeshWidth = 1.0, kDashPe
 /// Axes of a mass mark, smallest moment first, sRGB.
 constexpr std::array<Colour, 3> kPrincipalColours{
     {{0.80F, 0.10F, 0.52F, 1}, {0.02F, 0.55F, 0.58F, 1}, {0.88F, 0.60F, 0.02F, 1}}};
-/// A kind of bin: OSG has none of its own that draws the nearest first.
+/// Name of a render bin type that draws the nearest first, which OSG lacks.
 inline constexpr const char* kNearestFirst = "NearestFirst";
 constexpr osg::StateAttribute::GLMode kSectionMode = GL_CLIP_PLANE0;  // = GL_CLIP_DISTANCE0
 
-// Towards the lamp: above the left shoulder of whoever takes the isometric view.
+// Direction to the lamp: above the left shoulder in the isometric view.
 constexpr Vec3 kLamp{-0.20, -0.80, 1.02};
-// Share of the studio's sky and floor where the scene has lights of its own.
+// Intensity of the studio's sky and floor if the scene defines lights.
 constexpr double kSurroundings = 0.5;
 constexpr float kOpaque = 0.999F;
 
-/// A shadow map's coordinates that are outside of it everywhere: no shadow.
+/// Coordinates outside of a shadow map everywhere: no shadow.
 inline osg::Matrixf nowhere() {
   return osg::Matrixf::scale(0, 0, 0) * osg::Matrixf::translate(-1, -1, 0);
 }
@@ -81,14 +81,14 @@ inline std::array<Vec3, 8> corners(const Surface& s, const Pose& pose) {
 
 inline void blend(osg::StateSet* state, osg::Depth::Function function = osg::Depth::LESS) {
   state->setMode(GL_BLEND, osg::StateAttribute::ON);
-  // The colour in memory is the one times the opacity, so that passes can be averaged.
+  // The colour in memory is multiplied by the opacity, so that passes can be averaged.
   state->setAttributeAndModes(
       new osg::BlendFunc(osg::BlendFunc::SRC_ALPHA, osg::BlendFunc::ONE_MINUS_SRC_ALPHA,
                          osg::BlendFunc::ONE, osg::BlendFunc::ONE_MINUS_SRC_ALPHA));
   state->setAttributeAndModes(new osg::Depth(function, 0, 1, false));
 }
 
-/// Leaves these sides out whatever state is above.
+/// Culls these sides, overriding parent states.
 inline void cull(osg::StateSet* state, osg::CullFace::Mode sides) {
   state->setAttributeAndModes(new osg::CullFace(sides),
                               osg::StateAttribute::ON | osg::StateAttribute::PROTECTED);
@@ -101,7 +101,7 @@ inline osg::ref_ptr<osg::Geode> geode_of(osg::Geometry* geometry, unsigned mask)
   return geode;
 }
 
-/// From where something was last computed for an item.
+/// Viewpoint of the last computation for an item.
 struct Seen {
   Matrix4 view{};
   Pose pose;
@@ -124,7 +124,7 @@ struct ItemNode {
   osg::ref_ptr<osg::MatrixTransform> place;
   osg::ref_ptr<osg::Geometry> triangles, segments, hull;
   bool is_seen = true;
-  // Glass: the far and the near sides and the edges, which are ordered by depth at each draw.
+  // Glass: the back and front sides and the edges, sorted by depth at each draw.
   osg::ref_ptr<osg::Geode> glass_back, glass_front, glass_edges, glass_caster;
   std::optional<Seen> glass_sorted;
   // Drawings: contours as seen from the camera.
@@ -192,7 +192,7 @@ inline bool same(const Line& a, const Line& b) {
   return a.points == b.points && same(a.colour, b.colour) && a.width == b.width;
 }
 
-/// Drops the nodes that the newest frame did not name.
+/// Drops nodes that are not in the newest frame.
 template <class Map, class Remove>
 void sweep(Map& nodes, Remove&& remove) {
   for (auto i = nodes.begin(); i != nodes.end();) {
@@ -262,7 +262,7 @@ struct SceneView::Impl {
   double radius = 1;  // half the diagonal of the box around the frame [m]
 
   osg::ref_ptr<osg::Group> casters = new osg::Group;
-  ShadowMap lamp, sky, lamp_2, sky_2;  // the second ones where a pass has two samples of each
+  ShadowMap lamp, sky, lamp_2, sky_2;  // the second ones if a pass has two samples of each
   osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group, frames = new osg::Group,
                            cuts = new osg::Group, balls = new osg::Group;
   osg::ref_ptr<osg::MatrixTransform> ground = new osg::MatrixTransform;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Surface: a mesh made ready to draw, whatever its source left out, and rays against meshes
-// (layer: GUI, std only).
+// Surface: a mesh completed for drawing, and rays against meshes (layer: GUI, std only).
 #pragma once
 
 #include <array>
@@ -21,29 +20,31 @@ struct Surface {
   std::vector<float> normals;            ///< 3 per vertex, unit length
   std::vector<std::uint32_t> triangles;  ///< 3 indices each
   std::vector<float> segments;           ///< 6 per edge segment: both ends [m]
-  std::vector<float> along;              ///< 2 per edge segment: way from the start of its line [m]
+  std::vector<float> along;              ///< 2 per edge segment: distance from the start of its
+                                         ///< line [m]
   std::vector<std::uint32_t> face_of;    ///< per triangle: number of its face; empty = unknown
   Vec3 low{}, high{};                    ///< bounding box [m]; both 0 if there are no triangles
-  bool is_closed = false;  ///< every edge has a triangle on either side, and all face outwards
+  bool is_closed = false;  ///< every edge has a triangle on either side, and all triangles face
+                           ///< outwards
 };
 
 /// Makes a mesh drawable: drops triangles with bad indices or numbers, computes normals that break
 /// at creases if the mesh has none, and finds the creases if the mesh names no feature edges.
 [[nodiscard]] Surface surface_of(const Mesh& mesh);
 
-/// For each vertex the number of the first vertex at the same place, up to rounding: a seam is
+/// For each vertex the number of the first vertex at the same position, up to rounding: seams are
 /// often computed twice.
 [[nodiscard]] std::vector<std::uint32_t> welded(const Surface& surface);
 
 /// An edge of the surface between two triangles, or at the border of one.
 struct MeshEdge {
-  std::uint32_t a = 0, b = 0;         ///< vertices; of several at one place always the same
+  std::uint32_t a = 0, b = 0;         ///< vertices; a unique one for each position
   std::uint32_t left = 0, right = 0;  ///< triangles; equal at a border
 };
-/// All edges with two triangles or one, by which contours are found.
+/// All edges with one or two triangles, for finding contours.
 [[nodiscard]] std::vector<MeshEdge> edges_of(const Surface& surface);
 
-/// Line segments and the way along the line they belong to.
+/// Line segments, with the distance along their line.
 struct Segments {
   std::vector<float> ends;   ///< 6 per segment [m]
   std::vector<float> along;  ///< 2 per segment [m]
@@ -53,18 +54,18 @@ struct Segments {
 [[nodiscard]] Segments contour_of(const Surface& surface, const std::vector<MeshEdge>& edges,
                                   const Vec3& eye, bool is_point);
 
-/// Edges between faces that meet smoothly, where no feature edge is: a fillet and its neighbour.
+/// Edges between smoothly joined faces without a feature edge, such as a fillet and its neighbour.
 [[nodiscard]] Segments tangent_edges_of(const Surface& surface, const std::vector<MeshEdge>& edges);
 
-/// Where a plane cuts a closed surface.
+/// The section of a closed surface by a plane.
 struct Cut {
   std::vector<float> positions;          ///< 3 per vertex, in the world [m]
   std::vector<std::uint32_t> triangles;  ///< 3 indices each: the cut face
   Segments outline;                      ///< its border
 };
 /// The cut face of the surface placed at `pose` and the plane through `point` with the unit vector
-/// `normal`, all in the world: every place the surface winds around belongs to it, so holes stay
-/// free. Gaps of a surface that is not closed are not filled. [m]
+/// `normal`, all in the world: points with a nonzero winding number belong to it, so holes stay
+/// open. Gaps of a surface that is not closed are not filled. [m]
 [[nodiscard]] Cut cut_of(const Surface& surface, const Pose& pose, const Vec3& point,
                          const Vec3& normal);
 

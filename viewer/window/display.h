@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Display: the 3-D picture as a widget, drawn by OpenGL in the window or, where there is none,
-// through EGL into an image (layer: GUI). Repaints only when something changed.
+// Display: the 3-D picture as a widget, drawn by OpenGL in the window or, if that is unavailable,
+// through EGL into an image (layer: GUI). Repaints only after changes.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,7 @@ class OffscreenRenderer;
 
 class Display : public QWidget {
  public:
-  /// Chooses how to draw for the running QApplication. Fails if neither way works.
+  /// Selects the drawing method for the running QApplication. Fails if neither method works.
   [[nodiscard]] static Result<std::unique_ptr<Display>> create(std::optional<Quality> quality,
                                                                bool software_view);
   ~Display() override;
@@ -34,15 +34,15 @@ class Display : public QWidget {
   void look(Camera::View view);
   void fit();
   void set_perspective(bool on);
-  /// While nothing changes, replaces the picture by a still of best quality. Off at first.
+  /// While nothing changes, replaces the picture by a still of best quality. Off by default.
   void set_refining(bool on);
 
   [[nodiscard]] const OrbitCamera& camera() const;
-  /// The item under a place of the widget [device-independent px].
+  /// The item at a position of the widget [device-independent px].
   [[nodiscard]] std::optional<Pick> pick(QPointF place) const;
   /// The picture as a still of the best quality; size in pixels.
   [[nodiscard]] Result<Image> still(int width, int height);
-  /// What is on the screen now.
+  /// The image currently on the screen.
   [[nodiscard]] QImage shown();
   /// Pictures drawn so far; does not grow while nothing changes.
   [[nodiscard]] int pictures_drawn() const;
@@ -77,7 +77,7 @@ class Display : public QWidget {
   std::unique_ptr<Surface> surface_;
   std::unique_ptr<OffscreenRenderer> refiner_;
   Overlay* overlay_;
-  QTimer idle_;  // runs out when nothing has changed for a while, then once per pass
+  QTimer idle_;  // expires after a while without changes, then once per pass
   bool is_refining_ = false, is_started_ = false;
   Frame frame_;
   std::shared_ptr<const Playback> playback_;

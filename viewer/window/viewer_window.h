@@ -27,24 +27,24 @@ namespace robomosp::viewer {
 
 class ViewerWindow : public QMainWindow {
  public:
-  /// Takes over a display made by `Display::create`.
+  /// Takes ownership of a display made by `Display::create`.
   explicit ViewerWindow(std::unique_ptr<Display> display);
   ~ViewerWindow() override;
 
   void set_frame(const Frame& frame);
-  /// An unusable playback is refused with a message in the status bar.
+  /// An unusable playback is rejected with a message in the status bar.
   void set_playback(const Playback& playback);
-  /// What draws the ellipsoids of velocity and force at a time [s]; null = the scene has none.
+  /// Returns the ellipsoids of velocity and force at a time [s]; null = the scene has none.
   using Ellipsoids = std::function<std::vector<Item>(double time, bool velocity, bool force)>;
   void set_ellipsoids(Ellipsoids at);
-  void set_time(double time);  ///< [s], held to the range of the playback
+  void set_time(double time);  ///< [s], clamped to the range of the playback
   void play(bool on);
   void set_speed(double speed);  ///< playback seconds per second
 
   [[nodiscard]] double time() const { return time_; }  ///< [s]
   [[nodiscard]] bool is_playing() const { return ticker_.isActive(); }
   [[nodiscard]] Display& display() const { return *display_; }
-  /// Names of the selected item, empty if there is none.
+  /// Name of the selected item, empty if there is none.
   [[nodiscard]] QString selected_name() const;
 
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click in the picture
@@ -58,12 +58,12 @@ class ViewerWindow : public QMainWindow {
   void make_style_menu(QMenu* menu);
   void make_section_menu(QMenu* menu);
   void make_ellipsoid_actions(QMenu* menu);
-  /// Hands the frame to the display, with the ellipsoids that are chosen.
+  /// Passes the frame to the display, with the selected ellipsoids.
   void show_frame();
   [[nodiscard]] bool shows_ellipsoids() const;
-  /// Ticks what the frame shows.
+  /// Checks the menu entries that match the frame.
   void show_style_and_section();
-  /// Cuts with the plane that the ticked actions of the section menu tell.
+  /// Cuts with the plane selected by the checked actions of the section menu.
   void choose_section();
   void move_section(double share);
   void show_pick(const std::optional<Pick>& hit);
@@ -94,7 +94,7 @@ class ViewerWindow : public QMainWindow {
   QAction* force_ellipsoid_ = nullptr;
   Ellipsoids ellipsoids_;
   bool is_style_chosen_ = false, is_section_chosen_ = false;  ///< in this window's menus
-  double section_share_ = 0.5;  ///< where along the box of all items the plane is
+  double section_share_ = 0.5;  ///< position of the plane along the box of all items, as a fraction
   QToolBar* bar_ = nullptr;
 };
 
