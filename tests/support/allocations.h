@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts what operator new hands out. It replaces the operators of the program, so one file of it
-// includes this. Not under sanitizers, whose own operators find more than ours would.
+// Counts allocations by operator new. It replaces the operators of the program, so only one file of
+// a program includes this. Not for use with sanitizers: their operators find more faults.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@
 
 namespace robomosp::test {
 
-/// Since the program began, of all threads.
+/// Since the start of the program, of all threads.
 inline std::atomic<std::size_t> allocations{0}, allocated_bytes{0};
 
 struct Cost {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inverse dynamics in 80-bit numbers that carry one derivative along, by Newton's and Euler's laws
-// of points in the base's axes: a computation of its own of what derivatives of dynamics are.
+// Inverse dynamics in 80-bit numbers with one derivative, by Newton's and Euler's laws for points
+// in the base's axes: an independent computation of the derivatives of dynamics.
 #pragma once
 
 #include <array>
@@ -66,8 +66,8 @@ inline ExactMatrix exact_matrix(const std::array<double, 9>& R) {
           ExactVector(Vec3{R[6], R[7], R[8]})};
 }
 
-/// A state, and in which of its numbers the derivative is taken: by motion (as the derivatives of
-/// the SDK: of ball and free joints by a small velocity) or by rate, entry k of tau's.
+/// A state, and the direction of the derivative: by motion (as the derivatives of the SDK: for ball
+/// and free joints by a small velocity) or by rate, entry k of tau's.
 struct ExactState {
   const double *q, *qd, *qdd;
   BaseMotion base;

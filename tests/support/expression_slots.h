@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All numbers of records of every kind that can be expressions, and a document whose records have
-// them. For tests of expressions.
+// All numbers in records of every kind that can be expressions, and a document with such records.
+// For tests of expressions.
 #pragma once
 
 #include <algorithm>
@@ -30,8 +30,8 @@
 
 namespace robomosp::test {
 
-/// The addresses of the reals of a value, by a walk of the tests' own; not those that are
-/// read-only, of parameters, or that count for nothing where they are.
+/// The addresses of the reals of a value, found by an independent traversal; without read-only
+/// ones, those of parameters, and those that do not apply.
 inline void add_reals(const Type& t, const void* p, std::set<const double*>& out) {
   const auto row = [&out](const std::vector<double>& numbers) {
     for (const double& v : numbers) out.insert(&v);
@@ -79,7 +79,7 @@ struct Slot {
   double value = 0;
 };
 
-/// The numbers of a record by path; every real of the tests' walk must be among them.
+/// The numbers of a record by path; every real of the traversal must be among them.
 inline std::vector<Slot> slots_of(const model::Body& body) {
   std::set<const double*> all = reals_of(body);
   std::vector<Slot> out;
@@ -96,11 +96,11 @@ inline std::vector<Slot> slots_of(const model::Body& body) {
         all.erase(&v);
         const bool is_free = at->unit == model::kAnyUnit || at->unit == model::kByJoint;
         const auto unit = units::parse(at->unit);
-        // As files write it again; a pure number has the unit "1" or none.
+        // In the form written to files; a pure number has the unit "1" or none.
         out.push_back({path, is_free || !unit.ok() ? "" : units::si_name(unit->dimension), v});
       });
-  // Without a path: sizes that the kind of a node does not have, and of circles second radii and
-  // starts.
+  // Without a path: sizes that do not apply to the kind of a node, and second radii and starts of
+  // circles.
   const auto* solid = std::get_if<model::Solid>(&body);
   for (const double* v : all) {
     bool is_unused = false;
@@ -162,7 +162,7 @@ struct OpenRecords : ::testing::Test {
 
   [[nodiscard]] const model::Body& body(AnyId id) const { return d.now()->find(id)->body; }
 
-  /// Makes every number of a record that is none yet an expression over a parameter of its own.
+  /// Makes every plain number of a record an expression over a separate new parameter.
   std::vector<Slot> open(AnyId id) {
     std::vector<Slot> slots;
     const auto& known = model::parametric_of(body(id))->expressions;
@@ -182,7 +182,7 @@ struct OpenRecords : ::testing::Test {
     EXPECT_TRUE(done.ok()) << (done.ok() ? "" : done.error().sentence());
     return slots;
   }
-  /// Gives a parameter a value; false = the record cannot have the numbers that follow.
+  /// Sets the value of a parameter; false = the record rejects the resulting numbers.
   bool set(AnyId id, const std::string& parameter, double value) {
     auto tx = d.begin("set");
     const auto edited = tx->edit(id, [&](model::Record& r) -> Result<void> {

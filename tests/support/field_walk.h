@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every value in a record, found by the declarations of its fields alone, with what each can be
-// changed to. For tests of what is derived from the declarations.
+// Visits every value in a record by the declarations of its fields alone, with possible changes of
+// each. For tests of functions derived from the declarations.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ using model::Field;
 using model::Shape;
 using model::Type;
 
-/// A value in a record: the way to it holds for copies of the record, too.
+/// A value in a record: its path is also valid in copies of the record.
 struct Leaf {
   struct Step {
     const Field* field = nullptr;  ///< of a structure; else
@@ -95,7 +95,7 @@ inline std::vector<Leaf> leaves(const model::Body& body) {
   return out;
 }
 
-/// What a value can be changed to. `texts` and `ids` are those to choose from.
+/// A change of a value. `texts` and `ids` are the choices.
 using Change = std::function<void(const Type&, void*)>;
 inline std::vector<Change> changes(const Type& t, const std::vector<std::string>& texts,
                                    const std::vector<AnyId>& ids) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Liar: decides when a provider of a test answers wrongly, and how, from a seed. At most one lie a
-// command, so that what the program makes of it can be held against it. What it decides by may lie
-// in a file, for providers in another process.
+// Liar: decides when a provider of a test returns a wrong result, and which, from a seed. At most
+// one lie per command, so that the program's reaction can be checked. Its state may be in a file,
+// for providers in another process.
 #pragma once
 
 #include <fcntl.h>
@@ -29,13 +29,13 @@
 
 namespace robomosp::test {
 
-/// What can be seen of a lie by looking at the answer alone.
+/// Whether a lie can be recognised from the result alone.
 enum class Seen {
-  surely,  ///< the command fails, or says it: the provider is named
-  maybe,   ///< the answer may be taken for a right one
+  surely,  ///< the command fails, or reports it: the provider is named
+  maybe,   ///< the result may be taken for a correct one
 };
 
-/// A way to spoil an answer.
+/// A method of corrupting a result.
 template <class T>
 struct Lie {
   const char* what;
@@ -46,8 +46,8 @@ struct Nothing {};
 
 class Liar {
  public:
-  /// One for all providers of a program, and for those processes where ROBOMOSP_LIAR_STATE names
-  /// the same file. [any thread]
+  /// One for all providers of a program, and for processes with the same file in
+  /// ROBOMOSP_LIAR_STATE. [any thread]
   static Liar& one() {
     static Liar liar(std::getenv("ROBOMOSP_LIAR_STATE"));
     return liar;
@@ -56,7 +56,7 @@ class Liar {
     const Locked lock(state_);
     state_.random.seed(s);
   }
-  /// From now on until a lie was told, each answer is one with this chance.
+  /// From now on until the first lie, each result is a lie with this probability.
   void arm(double chance) {
     const Locked lock(state_);
     state_.chance = chance;
@@ -107,7 +107,7 @@ class Liar {
     }
   }
 
-  /// What a provider answers: `honest()`, or a lie. `progress` may be null.
+  /// The result of a provider: `honest()`, or a lie. `progress` may be null.
   template <class T, class Call>
   Result<T> answer(const std::string& who, Progress* progress, Call&& honest,
                    std::vector<Lie<T>> lies) {
@@ -124,7 +124,7 @@ class Liar {
     if (auto fault = common(who, n, progress)) return std::move(*fault);
     return honest();
   }
-  /// The same of what fills in spans.
+  /// The same for functions that fill spans.
   template <class Call>
   Result<void> fill(const std::string& who, Progress* progress, Call&& honest,
                     std::vector<Lie<Nothing>> lies) {
@@ -138,7 +138,7 @@ class Liar {
     if (!done.ok()) return std::move(done).error();
     return {};
   }
-  /// Of what cannot fail: the value, a lie or an exception.
+  /// For functions that cannot fail: the value, a lie or an exception.
   template <class T, class Call>
   T value(const std::string& who, Call&& honest, std::vector<Lie<T>> lies) {
     if (!begins()) return honest();
@@ -155,7 +155,7 @@ class Liar {
     throw std::runtime_error("thrown \x1b[31m");
   }
 
-  /// Spoils what is handed on, or leaves it.
+  /// Corrupts a value being passed on, or leaves it unchanged.
   template <class T>
   void spoil(const std::string& who, T& made, const std::vector<Lie<T>>& lies) {
     if (!begins()) return;
@@ -179,7 +179,7 @@ class Liar {
     state_.told[words.copy(state_.told, sizeof state_.told - 1)] = '\0';
     state_.is_sure = seen == Seen::surely;
   }
-  /// What any call can do; nothing = it goes on honestly.
+  /// A lie possible in any call; nothing = it continues honestly.
   std::optional<Error> common(const std::string& who, std::size_t n, Progress* progress) {
     switch (n) {
       case 0: tell(who, "an error without words", Seen::surely); return Error{};
@@ -219,7 +219,7 @@ class Liar {
     }
   }
 
-  /// Nothing in it points anywhere, so that processes can share it.
+  /// Contains no pointers, so that processes can share it.
   struct State {
     std::atomic_flag is_locked;
     std::mt19937_64 random{1};
@@ -241,7 +241,7 @@ class Liar {
    private:
     State& s_;
   };
-  /// Who comes first makes the file; all begin from the same state.
+  /// The first process creates the file; all begin from the same state.
   explicit Liar(const char* file) : state_(*shared(file)) {}
   static State* shared(const char* file) {
     static State own;
@@ -253,7 +253,7 @@ class Liar {
                    ? ::mmap(nullptr, sizeof(State), PROT_READ | PROT_WRITE, MAP_SHARED, made, 0)
                    : MAP_FAILED;
     if (made >= 0) ::close(made);
-    if (at == MAP_FAILED) std::abort();  // the test cannot know what was told
+    if (at == MAP_FAILED) std::abort();  // the test cannot know which lies were made
     return is_new ? new (at) State : static_cast<State*>(at);
   }
   State& state_;

@@ -293,7 +293,8 @@ inline std::string table(const Post& post, const Station& setup = {}) {
   }
   return errors;
 }
-/// What no target with structure of ours says: their refusals are these and a few of their own.
+/// Refused by all targets with structured programs: their refusals are these and a few individual
+/// ones.
 inline const std::vector<std::string>& refused_by_all() {
   static const std::vector<std::string> kAll{
       "i := SIZEOF(l);",

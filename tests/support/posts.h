@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program in IRL through a post, without the host: what it writes and what it says.
+// Posts a program in IRL without the host: its output and its messages.
 #pragma once
 
 #include <cstdlib>
@@ -105,8 +105,8 @@ inline std::string read_text(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
-/// The files of a post against those in a folder, which ROBOMOSP_UPDATE_GOLDEN=1 writes anew; what
-/// it says stands there in faults.txt.
+/// Compares the files of a post with those in a folder, which ROBOMOSP_UPDATE_GOLDEN=1 rewrites;
+/// its messages are in faults.txt.
 inline void expect_golden(const Posted& posted, const std::filesystem::path& folder) {
   auto files = posted.files;
   files["faults.txt"] = posted.faults;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a program makes a controller do, as a list of events, to hold posted programs that were read
-// back against the programs that they were posted from.
+// The effects of a program on a controller, as a list of events, for comparing posted programs that
+// were read back with their originals.
 #pragma once
 
 #include <algorithm>
@@ -23,18 +23,18 @@
 
 namespace robomosp::test {
 
-/// What a controller does, one behind the other.
+/// An action of a controller, in sequence.
 struct Event {
   enum class Kind { joints, pose, position, step, output, wait, condition } kind = Kind::pose;
   std::uint32_t interpolation = RMP_MOVE_PTP;
   std::vector<double> numbers;  ///< joints [degrees, mm]; x y z [mm] and quaternion; value of an
                                 ///< output; seconds; TIMEOUT or -1
-  bool is_analogue = false;     ///< an output of REAL, which have numbers of their own
+  bool is_analogue = false;     ///< an output of REAL, with separate numbering
   std::vector<std::int32_t> signals;  ///< an output; inputs of a condition by first use
   std::vector<bool> truth;            ///< of the condition, a value for each of the inputs' values
-  double speed = -1;                  ///< of LIN, CIRCLE and PATH [mm/s]; -1 = not said
-  double share = -1;                  ///< of PTP [%], which same() does not compare; -1 = not said
-  std::size_t target = 0;             ///< which of the motion's targets this is, from 0
+  double speed = -1;                  ///< of LIN, CIRCLE and PATH [mm/s]; -1 = not given
+  double share = -1;                  ///< of PTP [%], ignored by same(); -1 = not given
+  std::size_t target = 0;             ///< index of this target in the motion, from 0
   std::uint32_t line = 0;
   [[nodiscard]] std::string text() const {
     static constexpr const char* kWords[] = {"joints", "pose", "position", "step",
@@ -207,7 +207,7 @@ inline bool is_on_arc(const double* a, const double* b, const double* c, const d
     return t < 0 ? t + turn : t;
   };
   double end = angle(2), at = angle(3);
-  if (angle(1) > end) end = turn - end, at = turn - at;  // the other way round
+  if (angle(1) > end) end = turn - end, at = turn - at;  // the opposite direction
   const double u = dot(r[3], x), v = dot(r[3], y);
   std::array<double, 3> off{};
   for (std::size_t k = 0; k < 3; ++k) off[k] = r[3][k] - u * x[k] - v * y[k];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world for programs in tests: motions last as long as they are told, signals have values, texts
-// are kept.
+// A world for programs in tests: motions have a given duration, signals have values, texts are
+// stored.
 #pragma once
 
 #include <algorithm>

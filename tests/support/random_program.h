@@ -31,7 +31,7 @@ class RandomProgram {
       has_[kVariables] = true;
   }
 
-  /// Names of the inputs that its flow depends on; the others stand in WAIT FOR and UNTIL only.
+  /// Names of the inputs that its flow depends on; the others are in WAIT FOR and UNTIL only.
   static constexpr std::array<const char*, 2> kFlowInputs{"mode1", "mode2"};
 
   std::string text() {
@@ -128,7 +128,7 @@ class RandomProgram {
     kMath,
     kReadOutputs,
     kSystem,
-    kEffects,  // functions that change what stands beside their calls
+    kEffects,  // functions that change values used beside their calls
     kTruths,   // BOOL in arrays, as parameters and results, compared
     kParts
   };
@@ -141,8 +141,9 @@ class RandomProgram {
     std::size_t counters = 0;
   };
 
-  /// The parts one behind the other. Draws stand in such lists, which are evaluated from left to
-  /// right, and never on both sides of a +, so that a seed is one program whatever the compiler.
+  /// Joins the parts. Random draws are written in such lists, which are evaluated from left to
+  /// right, and never on both sides of a +, so that a seed gives the same program for every
+  /// compiler.
   static std::string joined(std::initializer_list<std::string> parts) {
     std::string all;
     for (const std::string& part : parts) all += part;
@@ -521,7 +522,7 @@ class RandomProgram {
                     (pick(3) ? "0.0" : number(-9, 9)), ", 0.0, 0.0))"});
       is_ptp = out.find(" PTP ") != std::string::npos;
     } else if (has_[kCircles] && chance(0.25)) {
-      // A place on the way that lies apart from the line to the end.
+      // A via point away from the line to the end.
       const std::string x = number(400, 440), z = number(100, 300);
       out = joined({p,
                     "MOVE LIN POSE(POSITION(",

@@ -11,7 +11,7 @@
 
 namespace robomosp::test {
 
-/// Adds a record in an undo step of its own; a refusal fails the test.
+/// Adds a record in a separate undo step; a refusal fails the test.
 template <class R>
 Id<model::kind_of<R>> make(document::Document& d, const std::string& name, R content) {
   auto tx = d.begin("add " + name);

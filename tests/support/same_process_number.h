@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Child processes that all have the same number, as the first ones of containers have.
+// Child processes with the same number, as the first ones of containers have.
 #pragma once
 
 #include <fcntl.h>
@@ -10,8 +10,8 @@
 
 namespace robomosp::test {
 
-/// fork() into a process of number 1 of its own, where the system lets a test have that; elsewhere
-/// the same as fork().
+/// fork() into a process with number 1 in a separate namespace, if the system permits it in a test;
+/// otherwise the same as fork().
 inline pid_t fork_as_the_first() {
   const int ours = ::open("/proc/self/ns/pid_for_children", O_RDONLY | O_CLOEXEC);
   const bool has_own = ours >= 0 && ::unshare(CLONE_NEWPID) == 0;

@@ -201,7 +201,7 @@ struct SampleRecords {
     r.tools = {{"camera", 1, turned(), a_mass()}};
     r.attached = {{"torch", pair, 2, turned()}, {"lamp", ball, 0, turned()}};
     r.tcp = "torch.tip";
-    r.poses = {{"home", {0.1, 0.2}}};  // the joint that follows has no coordinate of its own
+    r.poses = {{"home", {0.1, 0.2}}};  // the following joint has no independent coordinate
     r.pair_rules = {{"lower", "slide", true, "far apart"}, {"base", "upper", false, ""}};
     r.ik = a_choice("numeric");
     r.inverse_dynamics = a_choice("newton_euler");

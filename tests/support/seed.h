@@ -24,11 +24,11 @@ inline unsigned seed() {
   return value;
 }
 
-/// How long a mutation loop goes on: a number of files, the same on every machine, or as long as
-/// ROBOMOSP_FUZZ_SECONDS says, or with ROBOMOSP_LONG=1 for ten minutes.
+/// Length of a mutation loop: a number of files, the same on every machine, or the time in
+/// ROBOMOSP_FUZZ_SECONDS, or with ROBOMOSP_LONG=1 ten minutes.
 class FuzzBudget {
  public:
-  /// `share` of the time that is for one loop of a program that has several.
+  /// `share`: fraction of the time for one loop of a program that has several.
   explicit FuzzBudget(std::size_t files, double share = 1) : files_(files) {
     const char* given = std::getenv("ROBOMOSP_FUZZ_SECONDS");
     const char* is_long = std::getenv("ROBOMOSP_LONG");

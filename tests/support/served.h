@@ -50,7 +50,7 @@ inline Result<Value> answer_long(ioci::CommandContext&, const Map& args) {
 // Apart from remote::Client, with which this program connects to others.
 namespace served {
 
-/// One client over a blocking socket, whose reads end after some seconds.
+/// A client over a blocking socket, with a read timeout of some seconds.
 class Client {
  public:
   explicit Client(const Address& a) {

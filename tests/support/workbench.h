@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Workbench: document, registry with the project's plugins and derived values, for tests of what
-// stands above them.
+// Workbench: document, registry with the project's plugins and derived values, for tests of higher
+// layers.
 #pragma once
 
 #include <filesystem>
