@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A struct that has another number of members than is said does not compile (layer: core,
+// Makes a struct with another number of members than declared a compile error (layer: core,
 // header-only).
 #pragma once
 
@@ -9,7 +9,7 @@ namespace robomosp {
 
 inline constexpr std::size_t kMostMembers = 26;
 
-/// Decomposes T into n members: another number is an error of the compiler.
+/// Decomposes T into n members: another number is a compile error.
 template <class T, std::size_t n>
 void check_members() {
   static_assert(n > 0 && n <= kMostMembers, "more members: add lines below");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A struct whose `fields` leaves a member out does not compile (layer: data processing, model).
+// Makes a struct that omits a member from its `fields` a compile error (layer: data processing,
+// model).
 #pragma once
 
 #include <cstddef>
