@@ -57,7 +57,7 @@ RMP_PLAIN(CsgEdgePoint);
 RMP_PLAIN(ExportPrimitive);
 #undef RMP_PLAIN
 
-/// Whether a struct has these members, which are of each process: its size, and the space that later
+/// Whether a struct has these members, which are of each process: its size, and space for later
 /// versions of the SDK use (what is in it, the functions `fields` say one by one).
 template <class T>
 concept HasStructSize = requires(T x) {
