@@ -469,6 +469,88 @@ TEST_F(ClientTest, ACallbackMayEndTheClient) {
   EXPECT_FALSE(host.client);
 }
 
+TEST_F(ClientTest, AProgressCallbackMayEndTheClient) {
+  Host host(app());
+  int shown = 0;
+  Client::How how;
+  how.progress = [&](double, const std::string&) {
+    ++shown;
+    host.client.reset();
+  };
+  host.client->call(
+      "test.last", {{"seconds", 10}},
+      [](const Result<Value>&) { ADD_FAILURE() << "the client has ended"; }, std::move(how));
+  const auto end = Clock::now() + 30s;
+  while (host.client && Clock::now() < end) {
+    Client* client = host.client.get();
+    (void)client->deliver();
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_EQ(shown, 1);
+  EXPECT_FALSE(host.client);
+}
+
+TEST_F(ClientTest, AnEventCallbackThatThrowsLosesNoEventBehindIt) {
+  std::vector<std::string> heard;
+  int thrown = 0;
+  ioci::EventFilter filter;
+  filter.topics = ioci::bit(ioci::Topic::command);
+  Host host(
+      app(),
+      [&](const ioci::Event& e) {
+        heard.push_back(e.command->command);
+        throw std::runtime_error("host");
+      },
+      std::move(filter));
+  std::vector<Answer> answers;
+  for (int i = 0; i < 5; ++i)
+    answers.push_back(host.client->call("material.create",
+                                        {{"name", "m" + std::to_string(i)}, {"density", 1 + i}}));
+  const auto end = Clock::now() + 30s;
+  while (heard.size() < 5 && Clock::now() < end) {
+    try {
+      (void)host.client->deliver();
+    } catch (const std::runtime_error&) {
+      ++thrown;
+    }
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_EQ(heard, std::vector<std::string>(5, "material.create"));
+  EXPECT_EQ(thrown, 5);
+  for (const Answer& a : answers) EXPECT_TRUE(a.result() && a.result()->ok());
+}
+
+TEST_F(ClientTest, WorkRunsOnTheClientsThreadInOrderAndItsEndIsLast) {
+  const auto here = std::this_thread::get_id();
+  std::vector<std::string> order;  // of the client's thread
+  std::thread::id there;
+  {
+    Client::Options options;
+    options.finish = [&](ioci::Session& session) {
+      EXPECT_EQ(std::this_thread::get_id(), there);
+      EXPECT_TRUE(app().dispatch(session, "test.say", {{"word", "end"}}).ok());
+      order.emplace_back("finish");
+    };
+    auto made = Client::open(app(), std::move(options));
+    ASSERT_TRUE(made.ok());
+    Client& client = **made;
+    client.call("test.say", {{"word", "first"}});
+    const Answer work = client.run("work", [&](ioci::Session& session) -> Result<Value> {
+      there = std::this_thread::get_id();
+      order.emplace_back("work");
+      return app().dispatch(session, "test.say", {{"word", "within"}});
+    });
+    const Answer failed = client.run(
+        "work", [](ioci::Session&) -> Result<Value> { throw std::runtime_error("boom"); });
+    while (failed.stage() != Answer::Stage::ended) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(work.result()->value(), Value("within"));
+    EXPECT_EQ(failed.result()->error().code, ErrorCode::internal);
+  }
+  EXPECT_NE(there, here);
+  EXPECT_EQ(order, (std::vector<std::string>{"work", "finish"}));
+  EXPECT_EQ(said, (std::vector<std::string>{"first", "within", "end"}));
+}
+
 TEST_F(ClientTest, DeliveryStopsWhenItsTimeIsOverAndWakesAgain) {
   Host host(app());
   int told = 0;

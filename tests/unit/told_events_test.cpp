@@ -71,6 +71,7 @@ TEST_F(ToldEvents, EveryCommandIsToldOnceAsALineThatRunsItAgain) {
   EXPECT_EQ(word(all[1], "code"), "unknown_name");
   EXPECT_NE(word(all[1], "text").find("nobody"), std::string::npos);
   EXPECT_EQ(word(all[2], "command"), "material.describe");
+  EXPECT_EQ(word(all[2], "line"), "material.describe{id = \"nobody\"}");
 }
 
 TEST_F(ToldEvents, ReadingCommandsComeWhereTheyAreWantedAndOwnOnesWhereTheyAreNot) {
@@ -251,6 +252,31 @@ TEST_F(ToldEvents, ProvidersThatComeGoOrBecomeTheDefaultAreTold) {
   }
   EXPECT_EQ(words, (std::vector<std::string>{"registered told", "default told", "default ",
                                              "disabled told", "withdrawn told"}));
+}
+
+TEST_F(ToldEvents, ProvidersThatChangedWhileNobodyListenedAreNotTold) {
+  const auto first = listen("provider");
+  call("event.unsubscribe", {{"subscription", first}});
+  ASSERT_TRUE(app()
+                  .registry
+                  .add({.interface_id = IkSolver::kInterfaceId,
+                        .name = "unheard",
+                        .summary = "for a test",
+                        .tags = {},
+                        .origin = "test",
+                        .version = "1",
+                        .schema = {}},
+                       []() -> Result<void*> { return error(ErrorCode::unsupported, "none"); })
+                  .ok());
+  call("material.list");
+  const auto token = listen("provider");
+  call("material.list");
+  EXPECT_TRUE(take(token).empty());
+  app().registry.remove(IkSolver::kInterfaceId, "unheard");
+  call("material.list");
+  const List told = take(token);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(word(told[0], "what"), "withdrawn");
 }
 
 TEST_F(ToldEvents, WhatIsNotSavedIsListedAndToldWhenItChanges) {

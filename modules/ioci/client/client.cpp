@@ -50,9 +50,10 @@ struct Client::EditsState {
 };
 
 struct Client::Entry {
-  enum class What : std::uint8_t { command, open, commit, cancel };
+  enum class What : std::uint8_t { command, work, open, commit, cancel };
   What what = What::command;
-  std::string command{};  ///< or the label of edits
+  std::string command{};  ///< or the label of edits, or what work is called in errors
+  Work work{};            ///< of the client's thread
   Map args{};             ///< of the client's thread, once it is called
   std::shared_ptr<EditsState> in{};
   bool as_job = false;
@@ -72,13 +73,18 @@ struct Client::Entry {
   Clock::time_point shown_at{};
 
   [[nodiscard]] std::string text() const {
+    return what == What::command || what == What::work ? command : command_of(what, in->is_draft);
+  }
+  /// The command that opens or ends edits.
+  [[nodiscard]] static const char* command_of(What what, bool is_draft) {
     switch (what) {
-      case What::command: break;
-      case What::open: return in->is_draft ? "draft.open" : "gesture.begin";
-      case What::commit: return in->is_draft ? "draft.accept" : "gesture.commit";
-      case What::cancel: return in->is_draft ? "draft.discard" : "gesture.cancel";
+      case What::open: return is_draft ? "draft.open" : "gesture.begin";
+      case What::commit: return is_draft ? "draft.accept" : "gesture.commit";
+      case What::cancel: return is_draft ? "draft.discard" : "gesture.cancel";
+      case What::command:
+      case What::work: break;
     }
-    return command;
+    return "";
   }
 };
 
@@ -237,7 +243,8 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
       lock.unlock();
       own.clear_interrupt();
       for (const auto& edits : left)
-        if (edits->number != 0) (void)take_back(own, *edits).ok();
+        if (edits->number != 0) (void)end_edits(own, Entry::What::cancel, *edits).ok();
+      finish(own);
     }  // the session ends, and with it its jobs
     // Their listener may still be about to tell of the last ones.
     std::map<std::uint64_t, EntryPtr> ended;
@@ -263,6 +270,22 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
           error(ErrorCode::internal, "preparing the session threw: " + std::string(e.what()));
     } catch (...) {
       unprepared = error(ErrorCode::internal, "preparing the session threw an unknown exception");
+    }
+  }
+  /// What ends with the session has no caller that an exception could reach.
+  void finish(Session& own) {
+    if (!options.finish) return;
+    try {
+      options.finish(own);
+    } catch (const std::exception& e) {
+      app.messages.post(Severity::error, "client_end",
+                        "ending the session " + text::quote(options.name) + " threw: " + e.what(),
+                        "client");
+    } catch (...) {
+      app.messages.post(
+          Severity::error, "client_end",
+          "ending the session " + text::quote(options.name) + " threw an unknown exception",
+          "client");
     }
   }
   void run_next(Session& own, std::unique_lock<std::mutex>& lock) {
@@ -301,6 +324,10 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
       case Entry::What::open: return open_edits(own, entry);
       case Entry::What::commit:
       case Entry::What::cancel: return close_edits(own, *entry);
+      case Entry::What::work: {
+        const Work work = std::exchange(entry->work, {});
+        return work(own);
+      }
       case Entry::What::command: break;
     }
     const bool is_draft = entry->in && entry->in->is_draft;
@@ -348,7 +375,7 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
   }
   Result<Value> close_edits(Session& own, const Entry& entry) {
     EditsState& edits = *entry.in;
-    auto done = entry.what == Entry::What::commit ? publish(own, edits) : take_back(own, edits);
+    auto done = end_edits(own, entry.what, edits);
     // A gesture that could not be ended, and a draft in conflict, are still open.
     if (!done.ok()) return done;
     const std::lock_guard lock(mutex);
@@ -356,14 +383,10 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
     std::erase(open, entry.in);
     return done;
   }
-  Result<Value> publish(Session& own, const EditsState& edits) {
-    return app.dispatch(own, edits.is_draft ? "draft.accept" : "gesture.commit", named(edits));
-  }
-  Result<Value> take_back(Session& own, const EditsState& edits) {
-    return app.dispatch(own, edits.is_draft ? "draft.discard" : "gesture.cancel", named(edits));
-  }
-  static Map named(const EditsState& edits) {
-    return Map{{edits.is_draft ? "draft" : "gesture", static_cast<std::int64_t>(edits.number)}};
+  Result<Value> end_edits(Session& own, Entry::What what, const EditsState& edits) {
+    const Map which{
+        {edits.is_draft ? "draft" : "gesture", static_cast<std::int64_t>(edits.number)}};
+    return app.dispatch(own, Entry::command_of(what, edits.is_draft), which);
   }
 
   // --- the host's thread ---
@@ -454,6 +477,7 @@ Result<std::unique_ptr<Client>> Client::open(Application& app, Options options) 
     if (const auto held = weak.lock()) held->job_changed(s);
   });
   if (state->options.on_event) {
+    app.kept<Surroundings>().prepare(state->options.events.topics);
     state->events = app.events.subscribe(state->options.events, [weak] {
       const auto held = weak.lock();
       if (!held) return;
@@ -544,6 +568,14 @@ Client::Answer Client::start(std::string command, Map args, Done done) {
   How how;
   how.job = true;
   return call(std::move(command), std::move(args), std::move(done), std::move(how));
+}
+
+Client::Answer Client::run(std::string what, Work work, Done done) {
+  RMP_CHECK(static_cast<bool>(work), "empty work for a client");
+  return add(std::make_shared<Entry>(Entry{.what = Entry::What::work,
+                                           .command = std::move(what),
+                                           .work = std::move(work),
+                                           .done = std::move(done)}));
 }
 
 Client::Edits Client::open_edits(bool is_draft, std::string label, Done done) {

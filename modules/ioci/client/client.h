@@ -37,6 +37,8 @@ class Client {
   /// Called by deliver() with how far a call is, from 0 to 1, and what it does; of reports that
   /// come faster than the host takes them the newest.
   using Shown = std::function<void(double fraction, const std::string& what)>;
+  /// Work for the client's thread besides commands. What it throws becomes its error.
+  using Work = std::function<Result<Value>(Session&)>;
 
   struct Options {
     std::string name = "window";  ///< of the session
@@ -46,6 +48,9 @@ class Client {
     std::function<void()> wake;
     /// Called once on the client's thread before all else, such as to limit what the session may.
     std::function<void(Session&)> prepare;
+    /// Called once on the client's thread after all else, while the session is still there, such as
+    /// to end a script state that uses it. It throws nothing.
+    std::function<void(Session&)> finish;
     /// Events to be delivered; without `on_event` none are.
     EventFilter events;
     std::function<void(const Event&)> on_event;  ///< called by deliver()
@@ -103,6 +108,8 @@ class Client {
   Answer call(std::string command, Map args, Done done, How how);
   /// The same as a job.
   Answer start(std::string command, Map args = {}, Done done = {});
+  /// Runs work on the client's thread, in the order of the calls. `what` names it in errors.
+  Answer run(std::string what, Work work, Done done = {});
 
   /// Begins a gesture; calls that join it wait for that. When it cannot begin, they fail with the
   /// reason.

@@ -23,6 +23,7 @@
 #include "ioci/core/lua_plugins.h"
 #include "ioci/core/modules.h"
 #include "ioci/core/origins.h"
+#include "ioci/core/reads_wanted.h"
 #include "ioci/core/renamed_arguments.h"
 #include "ioci/core/room_parts.h"
 #include "ioci/core/runs.h"
@@ -267,12 +268,25 @@ Application::Application(ApplicationOptions options)
 }
 
 Application::~Application() {
-  kept_.clear();
+  // Without the lock, and again where what ends, or a job that ends late, asked for more.
+  const auto end_kept = [this] {
+    for (bool is_over = false; !is_over;) {
+      std::map<std::type_index, std::shared_ptr<void>> ending;
+      {
+        const std::lock_guard lock(kept_mutex_);
+        ending.swap(kept_);
+      }
+      is_over = ending.empty();
+    }
+  };
+  jobs.end();  // their listeners use what is kept
+  end_kept();
   watchers->stop();
   shared_jobs_.reset();
   components_.stop_all();
   for (io::ClaimedJournal& restored : restored_journals) restored.discard();
   jobs.end();  // before what their work reads
+  end_kept();
 }
 
 Result<void> Application::start() {
@@ -838,12 +852,14 @@ class Application::Told {
  public:
   Told(Application& app, Session& session, const CommandSpec& spec, const Map& args,
        const Place& place)
-      : app_(app), spec_(spec), place_(place) {
+      : app_(app), spec_(spec), args_(args), place_(place) {
     if (running_here++ > 0) return;
     topics_ = app.events.topics();
     if (!(topics_ & bit(Topic::command))) return;
-    // Before it runs, as it may remove what its handles name.
-    line_ = lua_line(app, spec, args);
+    only_reads_ = (spec.effect | spec.sometimes | Effect::reads) == Effects(Effect::reads);
+    // Before it runs, as it may remove what its handles name. A command that only reads removes
+    // nothing, and its line is often not wanted.
+    if (!only_reads_ || (topics_ & kReadsWanted)) line_ = lua_line(app, spec, args);
     author_ = app.author(session);
     begin_ = std::chrono::steady_clock::now();
   }
@@ -852,15 +868,16 @@ class Application::Told {
   Told& operator=(const Told&) = delete;
   void end(const Result<Value>& result) {
     if (running_here > 1) return;
-    if (topics_ & bit(Topic::command)) {
+    if ((topics_ & bit(Topic::command)) && (line_ || !result.ok())) {
+      if (!line_) line_ = lua_line(app_, spec_, args_);
       CommandRun run;
       run.command = spec_.name;
-      run.line = std::move(line_.text);
-      run.is_whole = line_.is_whole;
+      run.line = std::move(line_->text);
+      run.is_whole = line_->is_whole;
       run.author = author_;
       run.seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-      run.only_reads = (spec_.effect | spec_.sometimes | Effect::reads) == Effects(Effect::reads);
+      run.only_reads = only_reads_;
       if (!result.ok()) run.failure = result.error();
       run.job = Jobs::here();
       run.gesture = place_.gesture;
@@ -873,9 +890,11 @@ class Application::Told {
  private:
   Application& app_;
   const CommandSpec& spec_;
+  const Map& args_;
   const Place& place_;
   std::uint32_t topics_ = 0;
-  LuaLine line_;
+  bool only_reads_ = false;
+  std::optional<LuaLine> line_;
   document::Author author_;
   std::chrono::steady_clock::time_point begin_;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "ioci/core/reads_wanted.h"
 #include "ioci/core/secrets.h"
 #include "kernel/fault.h"
 #include "model/data.h"
@@ -99,7 +100,10 @@ bool Events::unsubscribe(std::uint64_t token) {
 
 void Events::note_topics() {
   std::uint32_t all = 0;
-  for (const auto& [token, s] : subscriptions_) all |= s.filter.topics;
+  for (const auto& [token, s] : subscriptions_) {
+    all |= s.filter.topics & ~kReadsWanted;
+    if (s.filter.reads && (s.filter.topics & bit(Topic::command))) all |= kReadsWanted;
+  }
   topics_.store(all, std::memory_order_release);
 }
 

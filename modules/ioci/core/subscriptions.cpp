@@ -50,6 +50,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   f.rate = real(args, "rate");
   f.reads = flag(args, "reads");
   const std::uint32_t wanted = f.topics;
+  ctx.app.kept<Surroundings>().prepare(wanted);
   const std::uint64_t token = ctx.app.events.subscribe(std::move(f));
   ctx.app.keep_subscription(ctx.session, token);
   in_rooms(&RoomPart::subscribed, ctx.app);

@@ -102,6 +102,13 @@ Surroundings::~Surroundings() {
   wake_.wait(lock, [this] { return !is_comparing_; });
 }
 
+void Surroundings::prepare(std::uint32_t topics) {
+  if (!(topics & bit(Topic::provider))) return;
+  if (app_.events.topics() & bit(Topic::provider)) return look_at_providers();
+  const std::lock_guard lock(mutex_);
+  registry_revision_.reset();
+}
+
 void Surroundings::begin(std::uint32_t topics) {
   if (!(topics & bit(Topic::unsaved))) return look();
   {

@@ -55,8 +55,11 @@ class Surroundings {
   ~Surroundings();  ///< waits for its task
   Surroundings(const Surroundings&) = delete;
   Surroundings& operator=(const Surroundings&) = delete;
-  /// Somebody began to want these topics (bits by Topic): what changes from now on is published. Of
-  /// unsaved also what is not saved now.
+  /// To be called before somebody subscribes to these topics (bits by Topic): changes of providers
+  /// made while nobody had subscribed are not published later.
+  void prepare(std::uint32_t topics);
+  /// To be called after somebody subscribed to these topics: what changes from now on is published.
+  /// Of unsaved also what is not saved now.
   void begin(std::uint32_t topics);
   /// Something has happened.
   void look();
