@@ -58,7 +58,7 @@ RMP_PLAIN(ExportPrimitive);
 #undef RMP_PLAIN
 
 /// Whether a struct has these members, which are of each process: its size, and space for later
-/// versions of the SDK use (what is in it, the functions `fields` say one by one).
+/// versions of the SDK (the functions `fields` list the members one by one).
 template <class T>
 concept HasStructSize = requires(T x) {
   x.struct_size;

@@ -94,7 +94,7 @@ struct Side {
   /// Lines by the file and line of the source; line 0 = of no line.
   std::map<std::pair<std::string, std::uint32_t>, std::vector<Line>> lines;
   std::map<std::pair<std::string, std::size_t>, std::pair<std::string, std::uint32_t>>
-      source_of;  ///< the same the other way
+      source_of;  ///< the inverse
   std::vector<SideFault> faults;
   std::string reader, not_read;     ///< which reads it back, or why none did
   std::vector<SideFault> not_said;  ///< what the reader could not say: at lines of the source

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the rooms of ioci do at certain moments of the program: their files register it, so that
-// core names no other room (layer: application). Internal to modules/ioci.
+// What the folders of ioci do at certain moments of the program. Their files register it, so that
+// core includes no other folder (layer: application). Internal to modules/ioci.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,11 @@
 
 namespace robomosp::ioci {
 
-/// Functions that are absent are not called. Rooms are called in no certain order.
+/// Functions that are null are not called. The order of the calls is not defined.
 struct RoomPart {
-  /// Once the plugins of `folders` are loaded, before the document is there.
+  /// After the plugins of `folders` were loaded, before the document is created.
   void (*plugins_loaded)(Application&, std::span<const std::filesystem::path> folders) = nullptr;
-  /// Once the document is there, before the first command.
+  /// After the document was created, before the first command.
   void (*document_started)(Application&) = nullptr;
   /// Before the open transaction of a command is committed, which it may complete; an error rejects
   /// the command. [the command's thread]
@@ -31,14 +31,14 @@ class RoomFile {
   [[nodiscard]] static const std::vector<RoomPart>& all();
 };
 
-/// Calls `moment` of all rooms that have it: in_rooms(&RoomPart::subscribed, app).
+/// Calls `moment` of all parts that have it: in_rooms(&RoomPart::subscribed, app).
 template <class... Parameters, class... Args>
 void in_rooms(void (*RoomPart::*moment)(Parameters...), Args&&... args) {
   for (const RoomPart& part : RoomFile::all())
     if (part.*moment) (part.*moment)(args...);
 }
 
-/// Calls before_commit of all rooms, up to the first error.
+/// Calls before_commit of all parts, up to the first error.
 [[nodiscard]] Result<void> complete_in_rooms(CommandContext&);
 
 }  // namespace robomosp::ioci

@@ -17,38 +17,38 @@
 
 namespace robomosp::ioci {
 
-/// Breakpoints of a run, which it keeps over run.refresh and run.reset. [any thread]
+/// Breakpoints of a run, preserved by run.refresh and run.reset. [any thread]
 struct Breakpoints {
   struct One {
     std::int64_t number = 0;
     std::string program;    ///< by its name in the world
-    std::uint32_t own = 0;  ///< number that its machine gave it
+    std::uint32_t own = 0;  ///< number assigned by its machine
     program::Breakpoint what;
   };
-  /// Into the machines of programs that begin anew, or go on where a run stood, with the hits that
-  /// there were. Gives a note of each that has no place any more; it is kept.
+  /// Sets the breakpoints in machines of programs that start, or continue at a run's position, with
+  /// their hit counts. Returns a note for each that has no place any more; it is kept.
   std::vector<std::string> set_all(std::vector<task::ProgramActor>&,
                                    const task::ProgramWatch::Stand*);
-  /// How programs begin the next time: run, or stop before the first statement; where it waits, a
-  /// breakpoint that is set there meanwhile counts.
+  /// How programs start next time: run, or stop before the first statement; `waits` also applies
+  /// breakpoints that are set in the meantime.
   enum class Entry : std::uint8_t { runs, stops, waits };
   std::mutex mutex;
   Entry entry = Entry::runs;        // guarded by mutex
   std::int64_t next = 1;            // guarded by mutex
   std::map<std::int64_t, One> all;  // guarded by mutex; by number
-  /// Numbers by program and by what its machine has given. Guarded by mutex.
+  /// Numbers by program and by the number assigned by its machine. Guarded by mutex.
   std::map<std::pair<std::string, std::uint32_t>, std::int64_t> numbers;
 };
 
 struct LiveRunEntry {
   std::string title;  ///< "cell: physics"
-  std::string of;     ///< what is simulated, as it was asked for
+  std::string of;     ///< what is simulated, as requested
   Handle subject;     ///< the world or robot
   Map with;           ///< arguments of the simulation, as they were given
   std::unique_ptr<sim::LiveRun> run;
   std::shared_ptr<Breakpoints> breakpoints = std::make_shared<Breakpoints>();
 
-  /// Its programs; null = it has none, or is not computed row by row.
+  /// Its programs; null = none, or it is not computed row by row.
   [[nodiscard]] std::shared_ptr<task::ProgramWatch> watch() const {
     const std::lock_guard lock(mutex_);
     return watch_;
@@ -57,7 +57,7 @@ struct LiveRunEntry {
     const std::lock_guard lock(mutex_);
     watch_ = std::move(watch);
   }
-  /// What it computes with.
+  /// The records used by the simulation.
   [[nodiscard]] document::SnapshotPtr snapshot() const {
     const std::lock_guard lock(mutex_);
     return snapshot_;
@@ -83,13 +83,13 @@ class Runs {
     entries_.emplace(next_, std::move(entry));
     return next_++;
   }
-  /// Null where there is none of that number.
+  /// Null if no run has that number.
   [[nodiscard]] LiveRunPtr find(std::uint64_t number) const {
     const std::lock_guard lock(mutex_);
     const auto it = entries_.find(number);
     return it == entries_.end() ? nullptr : it->second;
   }
-  /// The run ends when nobody else uses it any more.
+  /// The run ends when its last user releases it.
   LiveRunPtr remove(std::uint64_t number) {
     const std::lock_guard lock(mutex_);
     const auto node = entries_.extract(number);

@@ -318,7 +318,7 @@ Result<Value> draw_fault(CommandContext& ctx, const Map& args) {
   RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
   const auto fault = fault_from(*args.find("fault"));
   if (!fault)
-    return error(ErrorCode::invalid_argument, "this is no fault: it has no code and message",
+    return error(ErrorCode::invalid_argument, "this is not a fault: it has no code and message",
                  "Give an entry of e.faults or of fault.list.", "fault");
   const FaultWitness& w = fault->witness;
   const Handle& shown = w.scene.number ? w.scene : fault->subject.record;

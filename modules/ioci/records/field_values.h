@@ -15,7 +15,7 @@
 namespace robomosp::ioci {
 
 /// How what a type describes is written as a value where the commands that make it take a form that
-/// differs from its fields: a file of the room with these commands registers it.
+/// differs from its fields: a file in the folder of these commands registers it.
 struct OwnForm {
   const model::Type& (*type)();
   bool is_list = false;  ///< of a list of that type

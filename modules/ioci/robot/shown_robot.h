@@ -26,8 +26,8 @@ void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const doubl
 
 /// The joint values shown in a world; without one, those of its pose "home", else zeros.
 [[nodiscard]] Result<std::vector<double>> shown_or_home(const CommandContext& ctx, const Map& args);
-/// Shows the robot at `q` from now on; the answer is q, by the argument `angles` where there is
-/// one.
+/// Sets the joint values shown in the world to `q`; returns q, in the unit of the argument `angles`
+/// if there is one.
 [[nodiscard]] Result<Value> put_joints(CommandContext& ctx, const Map& args,
                                        const ShownRobot& shown, std::vector<double> q);
 /// q with the maker's axes set to the values of `given`: a list of all in order, or a table by

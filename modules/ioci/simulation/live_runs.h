@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How commands become live runs, and what these tell (layer: application).
+// Creation of live runs by commands, and their state as values (layer: application).
 #pragma once
 
 #include <cstdint>

@@ -19,8 +19,8 @@ namespace robomosp::ioci {
 /// of the shape, its law or its orientation, and are checked against their tables.
 [[nodiscard]] Result<model::TrajectorySegment> read_segment(const CommandContext&, const Value&,
                                                             const std::string& path);
-/// The fields of segments that are given as they are declared, without those with a form of their
-/// own (shape, laws, points, joints, transition, trajectory and placement).
+/// The fields of segments that are given as they are declared, without those with a special form
+/// (shape, laws, points, joints, transition, trajectory and placement).
 [[nodiscard]] Schema declared_segment_params();
 /// Joint values of a robot that is not known yet: numbers, or texts with units.
 [[nodiscard]] Result<std::vector<double>> read_joint_vector(const Value&, const std::string& path);

@@ -41,8 +41,8 @@ namespace robomosp::ioci {
 [[nodiscard]] Result<std::size_t> find_program(const CommandContext&, WorldId, const Value& given,
                                                std::string_view path);
 
-/// Lua that makes a world `cell` with a six-joint arm `arm`, for examples; and one where it stands
-/// ready at the start of the trajectory "stroke", a line of 50 mm.
+/// Lua that makes a world `cell` with a six-joint arm `arm`, for examples; and one where it
+/// is ready at the start of the trajectory "stroke", a line of 50 mm.
 [[nodiscard]] std::string example_cell(const std::string& rest);
 [[nodiscard]] std::string example_run(const std::string& rest);
 
