@@ -46,8 +46,8 @@ std::size_t output_width(const Mechanism& m, const Task& task) {
   return task.what == Task::What::inertia ? m.velocities * m.velocities : m.velocities;
 }
 
-std::size_t run_single(const Mechanism& m, const Task& task, std::size_t first, std::size_t last,
-                       double* scratch) {
+[[maybe_unused]] std::size_t run_single(const Mechanism& m, const Task& task, std::size_t first,
+                                        std::size_t last, double* scratch) {
   Scratch<double> x;
   lay_out(m, task, scratch, x);
   const std::size_t n = m.velocities, width = output_width<double>(m, task);
