@@ -43,6 +43,16 @@ std::string text_under(const Map& m, std::string_view key) {
   return v && v->as_string() ? *v->as_string() : std::string();
 }
 
+/// Handles count the server's records: here they would mean others. Names stay.
+void without_handles(Fault& f) {
+  f.subject.record = {};
+  f.witness.scene = {};
+  if (!f.cause) return;
+  Fault cause = *f.cause;
+  without_handles(cause);
+  f.cause = std::make_shared<const Fault>(std::move(cause));
+}
+
 /// The error of an answer, as it was meant over there.
 Error error_of(const Map& fault) {
   const Value* data = fault.find("data");
@@ -69,6 +79,7 @@ Error error_of(const Map& fault) {
   if (e.message.ends_with(".")) e.message.pop_back();
   if (e.message.empty()) e.message = "the server returned an error without a message";
   if (const Value* faults = about.find("faults")) adopt_faults(e, *faults);
+  if (e.faults) amend(e, without_handles);
   return e;
 }
 

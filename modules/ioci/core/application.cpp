@@ -273,7 +273,7 @@ Application::~Application() {
     for (bool is_over = false; !is_over;) {
       std::map<std::type_index, std::shared_ptr<void>> ending;
       {
-        const std::lock_guard lock(kept_mutex_);
+        const std::lock_guard guard(kept_mutex_);
         ending.swap(kept_);
       }
       is_over = ending.empty();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <mutex>
 
 #include "ioci/core/commands.h"
 #include "ioci/core/example_arguments.h"
@@ -166,34 +168,60 @@ List effect_words(Effects effects) {
   return out;
 }
 
-Result<Value> table(CommandContext& ctx, const Map& args) {
-  List out;
-  const std::string only = text_of(args, "command");
-  for (const CommandSpec* spec : ctx.app.commands.list()) {
-    if (!only.empty() && spec->name != only) continue;
-    Map one{{"name", spec->name},
-            {"classic", spec->classic},
-            {"plugin", spec->plugin},
-            {"summary", spec->summary},
-            {"details", spec->details},
-            {"example", spec->example},
-            {"effects", effect_words(spec->effect)},
-            {"sometimes", effect_words(spec->sometimes)},
-            {"takes_expressions", spec->takes_expressions},
-            {"runs", std::string(run_word(spec->runs))},
-            {"params", describe_params(spec->params, true)},
-            {"returns", Map{{"type", plain_type(spec->returns.type)},
-                            {"declared", spec->returns.type},
-                            {"unit", spec->returns.unit},
-                            {"doc", spec->returns.doc},
-                            {"form", type_value(type_tree(result_type(spec->returns)))},
-                            {"fields", describe_params(spec->returns.fields, false)}}}};
-    if (const std::string_view text = example_arguments(spec->name); !text.empty())
-      if (auto example = read_literal(text); example.ok())
-        one.set("example_arguments", std::move(*example));
-    out.emplace_back(std::move(one));
+Map description_of(const CommandSpec& spec) {
+  Map out{{"name", spec.name},
+          {"classic", spec.classic},
+          {"plugin", spec.plugin},
+          {"summary", spec.summary},
+          {"details", spec.details},
+          {"example", spec.example},
+          {"effects", effect_words(spec.effect)},
+          {"sometimes", effect_words(spec.sometimes)},
+          {"takes_expressions", spec.takes_expressions},
+          {"runs", std::string(run_word(spec.runs))},
+          {"params", describe_params(spec.params, true)},
+          {"returns", Map{{"type", plain_type(spec.returns.type)},
+                          {"declared", spec.returns.type},
+                          {"unit", spec.returns.unit},
+                          {"doc", spec.returns.doc},
+                          {"form", type_value(type_tree(result_type(spec.returns)))},
+                          {"fields", describe_params(spec.returns.fields, false)}}}};
+  if (const std::string_view text = example_arguments(spec.name); !text.empty())
+    if (auto example = read_literal(text); example.ok())
+      out.set("example_arguments", std::move(*example));
+  return out;
+}
+
+/// Descriptions of commands, each made once: specs do not change, and stay where they are.
+/// [any thread]
+class Descriptions {
+ public:
+  explicit Descriptions(Application&) {}
+  const Map& of(const CommandSpec& spec) {
+    const std::lock_guard lock(mutex_);
+    const auto [it, is_new] = all_.try_emplace(&spec);
+    if (is_new) it->second = description_of(spec);
+    return it->second;
   }
-  if (out.empty()) return ctx.app.commands.unknown(only);
+
+ private:
+  std::mutex mutex_;
+  std::map<const CommandSpec*, Map> all_;  // guarded by mutex_; entries do not change
+};
+
+Result<Value> table(CommandContext& ctx, const Map& args) {
+  const std::string only = text_of(args, "command");
+  auto& descriptions = ctx.app.kept<Descriptions>();
+  List out;
+  if (!only.empty()) {
+    const CommandSpec* spec = ctx.app.commands.find(only);
+    if (!spec) return ctx.app.commands.unknown(only);
+    out.emplace_back(descriptions.of(*spec));
+    return Value(std::move(out));
+  }
+  const auto specs = ctx.app.commands.list();
+  out.reserve(specs.size());
+  for (const CommandSpec* spec : specs) out.emplace_back(descriptions.of(*spec));
   return Value(std::move(out));
 }
 
