@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <map>
 #include <mutex>
+#include <unordered_map>
 #include <utility>
 
 #include "kernel/check.h"
@@ -18,6 +20,53 @@ namespace {
 constexpr int kMostCauses = 8;
 /// Entries of one list that are read from a peer.
 constexpr std::size_t kMostRead = 1000;
+
+/// Faults of errors by Error::fault_set. Errors are returned by plugins too, so their layout is
+/// fixed and cannot hold a pointer; what an error carries is kept here instead, of many errors the
+/// newest.
+class FaultSets {
+ public:
+  using Set = std::shared_ptr<const std::vector<Fault>>;
+  static FaultSets& all() {
+    static FaultSets sets;
+    return sets;
+  }
+  void keep(Error& e, std::vector<Fault> faults) {
+    auto set = std::make_shared<const std::vector<Fault>>(std::move(faults));
+    std::vector<Set> old;  // destroyed without the lock
+    const std::lock_guard lock(mutex_);
+    std::uint32_t number = 0;
+    do {
+      // Numbers that no padding is likely to hold, each once in 2^32.
+      number = ++count_ * 2654435769U;
+    } while (number == 0 || by_number_.contains(number));
+    faults_ += set->size();
+    by_number_.emplace(number, std::move(set));
+    order_.push_back(number);
+    while (faults_ > kMostKept && order_.size() > 1) {
+      const auto oldest = by_number_.find(order_.front());
+      faults_ -= oldest->second->size();
+      old.push_back(std::move(oldest->second));
+      by_number_.erase(oldest);
+      order_.pop_front();
+    }
+    e.fault_set = number;
+  }
+  Set find(const Error& e) {
+    if (e.fault_set == 0) return nullptr;
+    const std::lock_guard lock(mutex_);
+    const auto at = by_number_.find(e.fault_set);
+    return at == by_number_.end() ? nullptr : at->second;
+  }
+
+ private:
+  static constexpr std::size_t kMostKept = 20'000;  ///< faults, about 20 MB
+  std::mutex mutex_;
+  std::uint32_t count_ = 0;  // guarded by mutex_, as all below
+  std::unordered_map<std::uint32_t, Set> by_number_;
+  std::deque<std::uint32_t> order_;
+  std::size_t faults_ = 0;
+};
 
 struct CodeTable {
   std::mutex mutex;
@@ -389,9 +438,14 @@ bool operator==(const Fault& a, const Fault& b) { return equal_faults(a, b, 0); 
 
 std::string sentence(const Fault& f) { return sentence_of(f.where, f.message, f.hint); }
 
+std::shared_ptr<const std::vector<Fault>> kept_faults(const Error& e) {
+  return FaultSets::all().find(e);
+}
+
 std::vector<Fault> faults_of(const Error& e) {
-  if (!e.faults || e.faults->empty()) return {from_text(e)};
-  std::vector<Fault> out = *e.faults;
+  const auto kept = kept_faults(e);
+  if (!kept || kept->empty()) return {from_text(e)};
+  std::vector<Fault> out = *kept;
   if (out.size() == 1) {
     // Whatever was done to the text of the error meanwhile is meant for its only fault.
     Fault& f = out.front();
@@ -428,23 +482,24 @@ Error error_of(std::vector<Fault> faults) {
                      sentence_of(f.where, f.message, is_repeated ? std::string() : f.hint);
     }
   }
-  all.faults = std::make_shared<const std::vector<Fault>>(std::move(faults));
+  FaultSets::all().keep(all, std::move(faults));
   return all;
 }
 
 void amend(Error& e, const std::function<void(Fault&)>& amend) {
-  std::vector<Fault> faults =
-      e.faults && !e.faults->empty() ? *e.faults : std::vector<Fault>{from_text(e)};
+  const auto kept = kept_faults(e);
+  std::vector<Fault> faults = kept && !kept->empty() ? *kept : std::vector<Fault>{from_text(e)};
   for (Fault& f : faults) amend(f);
-  e.faults = std::make_shared<const std::vector<Fault>>(std::move(faults));
+  FaultSets::all().keep(e, std::move(faults));
 }
 
 void edit_texts(Error& e, const TextEdit& edit) {
   for (std::string* text : {&e.message, &e.where, &e.hint}) *text = edit(std::move(*text));
-  if (!e.faults) return;
-  std::vector<Fault> faults = *e.faults;
+  const auto kept = kept_faults(e);
+  if (!kept) return;
+  std::vector<Fault> faults = *kept;
   for (Fault& f : faults) edit_fault(f, edit, 0);
-  e.faults = std::make_shared<const std::vector<Fault>>(std::move(faults));
+  FaultSets::all().keep(e, std::move(faults));
 }
 
 Map fault_map(const Fault& f) { return map_of(f, 0); }
@@ -473,7 +528,7 @@ void adopt_faults(Error& e, const Value& v) {
       if (f.where == e.where) f.where.clear();
       else if (f.where.starts_with(e.where + ", ")) f.where.erase(0, e.where.size() + 2);
     }
-  if (!out.empty()) e.faults = std::make_shared<const std::vector<Fault>>(std::move(out));
+  if (!out.empty()) FaultSets::all().keep(e, std::move(out));
 }
 
 FaultCodes::FaultCodes(std::initializer_list<FaultCode> rows) {

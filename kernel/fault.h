@@ -108,6 +108,9 @@ struct Fault {
 /// `where: message. hint`
 [[nodiscard]] std::string sentence(const Fault&);
 
+/// The faults that an error carries, by Error::fault_set; null = none, or they were given up for
+/// many newer ones. [any thread]
+[[nodiscard]] std::shared_ptr<const std::vector<Fault>> kept_faults(const Error&);
 /// The faults that an error carries, at least one. Each has the outer context that was added to the
 /// error (`in()`); an error without faults is one fault with the code "error.<class>".
 [[nodiscard]] std::vector<Fault> faults_of(const Error&);

@@ -435,7 +435,7 @@ void push_error(lua_State* L, const Error& e, std::string_view at) {
   set("where", e.where);
   set("hint", e.hint);
   set("at", at);
-  if (e.faults) {
+  if (kept_faults(e)) {
     push(impl_of(L), L, Value(fault_list(e)));
     lua_setfield(L, -2, "faults");
   }

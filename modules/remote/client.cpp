@@ -79,7 +79,7 @@ Error error_of(const Map& fault) {
   if (e.message.ends_with(".")) e.message.pop_back();
   if (e.message.empty()) e.message = "the server returned an error without a message";
   if (const Value* faults = about.find("faults")) adopt_faults(e, *faults);
-  if (e.faults) amend(e, without_handles);
+  if (kept_faults(e)) amend(e, without_handles);
   return e;
 }
 

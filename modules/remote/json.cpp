@@ -400,7 +400,7 @@ std::optional<Error> array_fault(const Value& value) {
 Map error_map(const Error& e) {
   Map out{
       {"code", to_string(e.code)}, {"message", e.message}, {"where", e.where}, {"hint", e.hint}};
-  if (e.faults) out.set("faults", fault_list(e));
+  if (kept_faults(e)) out.set("faults", fault_list(e));
   return out;
 }
 

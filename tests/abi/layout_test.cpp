@@ -160,7 +160,7 @@ void plain_types(std::ostream& out) {
   TYPE(Mesh::Face);
   F3(Mesh::Face, first_triangle, triangle_count, id);
   TYPE(Error);
-  F4(Error, code, message, where, hint);
+  F5(Error, code, fault_set, message, where, hint);
   TYPE(ResultMisread);
   TYPE(Result<void>);
   TYPE(Result<double>);

@@ -146,7 +146,8 @@ void keep_what_opens(FaultSubject& s, const document::Snapshot& records) {
 }  // namespace
 
 void complete_faults(Error& e, const FailedCall& call) {
-  const bool is_one = !e.faults || e.faults->size() < 2;
+  const auto kept = kept_faults(e);
+  const bool is_one = !kept || kept->size() < 2;
   amend(e, [&](Fault& f) {
     FaultSubject& s = f.subject;
     if (s.command.empty()) {

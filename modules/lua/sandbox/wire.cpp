@@ -296,7 +296,7 @@ Value error_value(const Error& e) {
           {"message", cut(e.message)},
           {"where", cut(e.where)},
           {"hint", cut(e.hint)}};
-  if (e.faults) out.set("faults", fault_list(e, kMostFaults));
+  if (kept_faults(e)) out.set("faults", fault_list(e, kMostFaults));
   return out;
 }
 

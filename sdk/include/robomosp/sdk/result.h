@@ -6,14 +6,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace robomosp {
 
@@ -59,18 +57,22 @@ enum class ErrorCode : std::int32_t {
   return "internal";
 }
 
-/// What is known of a fault beside its text; the host's (its kernel/fault.h).
-struct Fault;
-
 /// A failure given as what happened (`message`), where (`where`), and what to do (`hint`).
 struct Error {
+  Error() = default;
+  Error(ErrorCode code_, std::string message_, std::string where_ = {}, std::string hint_ = {})
+      : code(code_),
+        message(std::move(message_)),
+        where(std::move(where_)),
+        hint(std::move(hint_)) {}
+
   ErrorCode code = ErrorCode::internal;
+  /// The host's number of the faults that the text is about; 0 = none. Leave it as it is. Plugins
+  /// built for an older SDK have padding here, so any number may come from them.
+  std::uint32_t fault_set = 0;
   std::string message;  ///< what happened, without the place and without a trailing period
   std::string where;    ///< outermost context first: `robot "pa10", link 3`
   std::string hint;     ///< what to do, a full sentence with its period; may be empty
-  /// The faults that the text is about, each with what it is about; null = the text is all. Set by
-  /// the host only.
-  std::shared_ptr<const std::vector<Fault>> faults{};
 
   /// Adds an outer context: err.in("robot \"pa10\"").
   [[nodiscard, gnu::cold, gnu::noinline]] Error in(std::string_view context) && {
@@ -91,7 +93,7 @@ struct Error {
 [[nodiscard, gnu::cold, gnu::noinline]] inline Error error(ErrorCode code, std::string message,
                                                            std::string hint = {},
                                                            std::string where = {}) {
-  return Error{code, std::move(message), std::move(where), std::move(hint), {}};
+  return Error{code, std::move(message), std::move(where), std::move(hint)};
 }
 
 /// Thrown where a Result is read without a check: the host names the provider that let it
