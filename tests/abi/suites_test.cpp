@@ -170,7 +170,7 @@ TEST(ModelFile, WhatIsWrongIsToldWithItsLine) {
   EXPECT_NE(fault(good + "gravity 0 0").find("not a number"), std::string::npos);
   EXPECT_NE(fault(good + "gravity 0 0 0 0").find("unexpected text"), std::string::npos);
   EXPECT_NE(fault(good + "base 0 0 0 2 0 0 0 1 0 0 0 1").find("not a rotation"), std::string::npos);
-  EXPECT_NE(fault(good + "joint \"b\" revolute 0\n coupling 9 1 0").find("not there"),
+  EXPECT_NE(fault(good + "joint \"b\" revolute 0\n coupling 9 1 0").find("does not exist"),
             std::string::npos);
   EXPECT_NE(fault(good + "joint \"b\" revolute 0\n coupling 1 1 0").find("itself coupled"),
             std::string::npos);

@@ -688,7 +688,7 @@ TEST_F(Ioci, AnInertiaThatNoBodyHasIsKeptWithAWarning) {
 TEST_F(Ioci, LengthsBeyondTenKilometresAreRefused) {
   EXPECT_NE(fails("robot.create", {{"name", "far"}, {"links", List{Map{{"a", 1e300}}}}})
                 .sentence()
-                .find("at most 10000 m is allowed"),
+                .find("it must be -10000 to 10000 m"),
             std::string::npos);
   call("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 1e4}}}}});
   fails("robot.set_link", {{"id", "arm"}, {"link", 1}, {"d", -10001}});

@@ -163,6 +163,16 @@ class Parts : public test::ProgramRun {
   }
   static void unchanged(const std::string&, std::string&) {}
 
+  /// A text without its motions to a place that is computed from where the robot is.
+  static std::string without_steps_from_here(const std::string& text) {
+    std::istringstream lines(text);
+    std::string out;
+    for (std::string line; std::getline(lines, line);)
+      if (line.find("MOVE LIN pose_sum(") == std::string::npos ||
+          line.find("R_ROBTARGET_ACT") == std::string::npos)
+        out += line + "\n";
+    return out;
+  }
   /// What a program of the document does alone.
   std::vector<Event> trace_of(const Value& id, bool has_groups) {
     const Value names = call("program.files", {{"id", id}});
@@ -170,7 +180,7 @@ class Parts : public test::ProgramRun {
     for (const Value& f : *names.as_list()) {
       const std::string name = *at(f, "name").as_string();
       const Value text = call("program.source", {{"id", id}, {"name", name}});
-      texts.emplace_back(name, *text.as_string());
+      texts.emplace_back(name, without_steps_from_here(*text.as_string()));
     }
     const std::string& text = texts[0].second;
     std::vector<SourceFile> files;
@@ -371,7 +381,7 @@ TEST_F(Parts, PostedAndReadBackTheyDoTheSame) {
                                                          {"profile", profile}});
         auto wanted = trace_of(at(own, "program"), language.has_groups);
         EXPECT_GT(wanted.size(), 40U);
-        // Steps from where the robot then is are not read back from URScript and VAL3.
+        // Steps from where the robot then is: a trace has no robot, and VAL3 does not read them.
         const auto without_steps = [&](std::vector<Event>& all) {
           if (std::string(language.target) != "urscript" && std::string(language.target) != "val3")
             return std::size_t{0};
