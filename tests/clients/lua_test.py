@@ -91,7 +91,7 @@ class OverAServer(unittest.TestCase):
             """)
         self.assertIn("invalid_argument\ttrue\t5\n", out)
         for sentence in ('has no method "fkk"', 'no command "robot.fkk"', 'no commands "robott"', "cannot be assigned",
-                         "more arguments", "is unknown to this program", "means nothing to unix:", "stale_handle", "is closed"):
+                         "more arguments", "is unknown to this program", "of this program is unknown to unix:", "stale_handle", "is closed"):
             self.assertIn(sentence, out)
         self.assertNotIn("remote.lua", out)
 
