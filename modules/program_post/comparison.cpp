@@ -127,7 +127,7 @@ void compare_motions(Comparison& c, const std::string& file, const Moves& left, 
                              (in_b ? in_b : of_irl) + ".");
   };
   for (std::size_t k = 0; k < a.size() && k < b.size(); ++k) {
-    // The lines of the source are those of its own trace, which is in the same order.
+    // The lines of the source come from the same trace, in the same order.
     const std::uint32_t line = k < c.reached.size() ? c.reached[k].line : 0;
     if (a[k].interpolation != b[k].interpolation) {
       tell("motion", line,

@@ -129,11 +129,11 @@ Result<PostedSide> post_side(CommandContext& ctx, const Map& args, const PostCel
   if (cell.is_placed) {
     // Each side owns the names of its axes.
     RMP_TRY_ASSIGN(PostCell own, post_cell(ctx, args, program, symbol));
-    RMP_TRY(posted.axes->use(std::move(own.maker), own.robot_name, own.rail));  // the post tells
+    RMP_TRY(posted.axes->use(std::move(own.maker), own.robot_name, own.rail));  // the post reports it
   } else if (has(args, "robot")) {
     RMP_TRY_ASSIGN(auto maker, robotics::MakerAxes::of(content<model::Robot>(ctx, args, "robot")));
     RMP_TRY(posted.axes->use(std::move(maker), name_in(ctx, ref(args, "robot")),
-                             cell.rail));  // the post tells
+                             cell.rail));  // the post reports it
   }
   RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.post", post));
   const Map& map = *found.as_map();
