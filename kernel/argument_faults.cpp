@@ -38,12 +38,6 @@ const FaultCodes kArgumentCodes{
 /// Entries of a list that a remedy copies.
 constexpr std::size_t kMostCopied = 1000;
 
-const ParamSpec* spec_named(const Schema& schema, std::string_view name) {
-  const auto it = std::find_if(schema.begin(), schema.end(),
-                               [&](const ParamSpec& s) { return s.name == name; });
-  return it == schema.end() ? nullptr : &*it;
-}
-
 /// "q[2][1]" as {1, 0} behind the name; nullopt = other parts.
 std::optional<std::vector<std::size_t>> indices_of(std::string_view path, std::string_view name) {
   std::vector<std::size_t> out;
@@ -101,8 +95,7 @@ std::string shown_of(const ParamSpec& spec, const Value& v) {
   const std::string unit = unit_of(spec);
   if (unit.empty() || unit == "1" || unit.find(',') != std::string::npos)
     return text::print_rounded(v.number());
-  const std::string out = units::print_with_unit(v.number(), unit);
-  return out;
+  return units::print_with_unit(v.number(), unit);
 }
 
 void offer(Fault& fault, const ParamSpec& spec, const Map& given, const Value& element,
@@ -131,7 +124,7 @@ void offer_name(Fault& fault, const Schema& schema, const Map& given, const Reso
   const Value* v = given.find(wrong);
   const auto name = text::nearest(wrong, free);
   if (!v || !name) return;
-  const ParamSpec& spec = *spec_named(schema, *name);
+  const ParamSpec& spec = *find_param(schema, *name);
   if (!check_value(spec, *v, *name, resolve).ok()) return;
   FaultRemedy r;
   r.label = "Rename " + wrong + " to " + *name;
@@ -164,12 +157,7 @@ Error range_error(std::string_view path, std::string message, double value, doub
                   std::string_view unit) {
   Fault f = make_fault("argument.out_of_range", std::move(message), {}, std::string(path));
   f.subject.argument = path;
-  f.witness.value = value;
-  if (std::isfinite(limit)) {
-    f.witness.limit = limit;
-    f.witness.excess = std::abs(value - limit);
-  }
-  if (unit != "1") f.witness.unit = unit;
+  set_bound(f.witness, value, limit, unit == "1" ? std::string_view() : unit);
   return error_of(std::move(f));
 }
 
@@ -188,7 +176,7 @@ Fault argument_fault(const Error& e, std::string_view name) {
 void add_remedies(Fault& fault, const Schema& schema, const Map& given, const ResolveRef& resolve) {
   const std::string& path = fault.subject.argument;
   if (fault.code == "argument.unknown") return offer_name(fault, schema, given, resolve);
-  const ParamSpec* spec = spec_named(schema, path.substr(0, path.find_first_of("[.")));
+  const ParamSpec* spec = find_param(schema, path.substr(0, path.find_first_of("[.")));
   if (!spec) return;
   const Value* v = given.find(spec->name);
   if (fault.code == "argument.out_of_range" && fault.witness.limit) {

@@ -391,13 +391,10 @@ std::optional<Fault> read_fault(const Value* v, int depth) {
   if (f.code.empty() || f.message.empty()) return std::nullopt;
   std::string word;
   m.read("class", word);
-  for (auto c = static_cast<std::int32_t>(ErrorCode::invalid_argument);
-       c <= static_cast<std::int32_t>(ErrorCode::script_failed); ++c)
-    if (to_string(static_cast<ErrorCode>(c)) == word) f.error = static_cast<ErrorCode>(c);
+  f.error = error_code_from(word).value_or(f.error);
   word.clear();
   m.read("severity", word);
-  for (const Severity s : {Severity::debug, Severity::info, Severity::warning, Severity::error})
-    if (to_string(s) == word) f.severity = s;
+  f.severity = severity_from(word).value_or(f.severity);
   m.read("where", f.where);
   m.read("hint", f.hint);
   f.subject = subject_from(MapReader(m.find("subject")));
@@ -437,6 +434,28 @@ void edit_fault(Fault& f, const TextEdit& edit, int depth) {
 bool operator==(const Fault& a, const Fault& b) { return equal_faults(a, b, 0); }
 
 std::string sentence(const Fault& f) { return sentence_of(f.where, f.message, f.hint); }
+
+std::optional<ErrorCode> error_code_from(std::string_view word) {
+  for (auto c = static_cast<std::int32_t>(ErrorCode::invalid_argument);
+       c <= static_cast<std::int32_t>(ErrorCode::script_failed); ++c)
+    if (to_string(static_cast<ErrorCode>(c)) == word) return static_cast<ErrorCode>(c);
+  return std::nullopt;
+}
+
+std::optional<Severity> severity_from(std::string_view word) {
+  for (const Severity s : {Severity::debug, Severity::info, Severity::warning, Severity::error})
+    if (to_string(s) == word) return s;
+  return std::nullopt;
+}
+
+void set_bound(FaultWitness& w, double value, double limit, std::string_view unit) {
+  w.value = value;
+  if (std::isfinite(limit)) {
+    w.limit = limit;
+    w.excess = std::abs(value - limit);
+  }
+  w.unit = unit;
+}
 
 std::shared_ptr<const std::vector<Fault>> kept_faults(const Error& e) {
   return FaultSets::all().find(e);

@@ -107,6 +107,11 @@ struct Fault {
 
 /// `where: message. hint`
 [[nodiscard]] std::string sentence(const Fault&);
+/// The class or severity of a word that to_string() writes; nullopt = of none. [any thread]
+[[nodiscard]] std::optional<ErrorCode> error_code_from(std::string_view word);
+[[nodiscard]] std::optional<Severity> severity_from(std::string_view word);
+/// Adds a number and the bound that it exceeds [unit]; an infinite bound is left out.
+void set_bound(FaultWitness&, double value, double limit, std::string_view unit);
 
 /// The faults that an error carries, by Error::fault_set; null = none, or they were given up for
 /// many newer ones. [any thread]

@@ -11,8 +11,6 @@ namespace robomosp {
 namespace {
 
 thread_local MessageCollector* t_collector = nullptr;
-/// The fault that this thread is posting; null = a text.
-thread_local const Fault* t_fault = nullptr;
 
 }  // namespace
 
@@ -35,11 +33,23 @@ std::string_view to_string(Severity s) {
 
 void Messages::post(Severity severity, std::string_view code, std::string_view text,
                     std::string_view source) {
+  post(Message{{}, severity, std::string(code), std::string(text), std::string(source)});
+}
+
+void Messages::post(const Fault& fault, std::string_view source) {
+  post(Message{{},
+               fault.severity,
+               fault.code,
+               sentence(fault),
+               std::string(source),
+               0,
+               std::make_shared<const Fault>(fault)});
+}
+
+void Messages::post(Message&& message) {
   constexpr auto kWindow = std::chrono::seconds(1);
-  Message message{std::chrono::system_clock::now(), severity, std::string(code),
-                  robomosp::text::shortened(std::string(text)), std::string(source)};
-  if (const Fault* fault = std::exchange(t_fault, nullptr))
-    message.fault = std::make_shared<const Fault>(*fault);
+  message.time = std::chrono::system_clock::now();
+  message.text = robomosp::text::shortened(std::move(message.text));
   std::vector<Subscriber> receivers;
   {
     const std::lock_guard lock(mutex_);
@@ -75,11 +85,6 @@ void Messages::post(Severity severity, std::string_view code, std::string_view t
       });
   }
   lock_->flush();
-}
-
-void Messages::post(const Fault& fault, std::string_view source) {
-  t_fault = &fault;
-  post(fault.severity, fault.code, sentence(fault), source);
 }
 
 std::vector<Message> Messages::recent(std::size_t at_most) const {

@@ -57,6 +57,7 @@ class Messages {
   void deliver_after(AppLock& lock) { lock_ = &lock; }
 
  private:
+  void post(Message&&);
   struct Seen {
     std::chrono::steady_clock::time_point since;
     int count = 0;

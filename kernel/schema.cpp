@@ -601,6 +601,12 @@ Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, cons
 
 }  // namespace
 
+const ParamSpec* find_param(const Schema& schema, std::string_view name) {
+  const auto it = std::find_if(schema.begin(), schema.end(),
+                               [name](const ParamSpec& p) { return p.name == name; });
+  return it == schema.end() ? nullptr : &*it;
+}
+
 Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path,
                           const ResolveRef& resolve) {
   const std::string_view type = plain_type(spec.type);
@@ -674,9 +680,7 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
     add_remedies(faults.back(), schema, given, resolve);
   };
   for (const auto& [key, value] : given) {
-    if (std::any_of(schema.begin(), schema.end(),
-                    [&key = key](const ParamSpec& spec) { return spec.name == key; }))
-      continue;
+    if (find_param(schema, key)) continue;
     if (++unknown > kMostUnknown) continue;
     std::vector<std::string> known;
     for (const ParamSpec& spec : schema) known.push_back(spec.name);
@@ -767,9 +771,7 @@ Result<Schema> schema_from(std::span<const rmp_param> table) {
     spec.type = row.type;
     spec.unit = row.unit ? row.unit : "";
     spec.doc = row.doc ? row.doc : "";
-    if (std::any_of(schema.begin(), schema.end(),
-                    [&](const ParamSpec& s) { return s.name == spec.name; }))
-      return malformed("is in the table twice");
+    if (find_param(schema, spec.name)) return malformed("is in the table twice");
     if (auto unit = units::parse(spec.unit); !unit.ok())
       return malformed("has a bad unit: " + unit.error().message);
     if (std::isnan(row.min) || std::isnan(row.max))

@@ -50,6 +50,8 @@ struct ParamSpec {
 inline constexpr double kPositive = std::numeric_limits<double>::denorm_min();
 
 using Schema = std::vector<ParamSpec>;
+/// The parameter of that name; null = there is none. [any thread]
+[[nodiscard]] const ParamSpec* find_param(const Schema&, std::string_view name);
 
 /// Converts a name or handle to a Handle of one of the kinds; the error suggests similar names.
 using ResolveRef = std::function<Result<Handle>(std::string_view kinds, const Value&)>;

@@ -888,10 +888,9 @@ ParamSpec noted(ParamSpec p, std::string_view notes) {
 }
 
 void retype(Schema& schema, std::string_view name, std::string_view type) {
-  const auto it = std::find_if(schema.begin(), schema.end(),
-                               [name](const ParamSpec& p) { return p.name == name; });
-  RMP_CHECK(it != schema.end(), std::string(name).c_str());
-  it->type = type;
+  const ParamSpec* p = find_param(schema, name);
+  RMP_CHECK(p, std::string(name).c_str());
+  schema[static_cast<std::size_t>(p - schema.data())].type = type;
 }
 
 TypeNotes notes_of(const ParamSpec& p) {

@@ -74,11 +74,10 @@ std::string misfit_fields(const Schema& fields, const Map& m, std::string_view p
                           std::string_view also = {}, const TypeTree* rest = nullptr) {
   for (const auto& [name, value] : m) {
     if (name == also) continue;
-    const auto it = std::find_if(fields.begin(), fields.end(),
-                                 [&name = name](const ParamSpec& p) { return p.name == name; });
-    if (it == fields.end() && !rest) return join_path(path, name) + ": there is no such field";
+    const ParamSpec* it = find_param(fields, name);
+    if (!it && !rest) return join_path(path, name) + ": there is no such field";
     if (value.is_nil()) continue;
-    if (it == fields.end()) {
+    if (!it) {
       if (std::string bad = misfit(*rest, value, join_path(path, name)); !bad.empty()) return bad;
       continue;
     }

@@ -25,12 +25,7 @@ Error range_fault(std::string message, std::string hint = {}) {
 /// Of a number, with its bound.
 Error range_fault(std::string message, double value, double limit, std::string_view unit) {
   Fault f = make_fault("record.out_of_range", std::move(message));
-  f.witness.value = value;
-  if (std::isfinite(limit)) {
-    f.witness.limit = limit;
-    f.witness.excess = std::abs(value - limit);
-  }
-  f.witness.unit = unit;
+  set_bound(f.witness, value, limit, unit);
   return error_of(std::move(f));
 }
 

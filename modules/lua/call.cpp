@@ -94,8 +94,7 @@ bool gives_names(lua_State* L, int index, const Schema& params, std::size_t next
     }
     const std::string_view key = lua_tostring(L, -1);
     any = true;
-    known = known || std::any_of(params.begin(), params.end(),
-                                 [&](const ParamSpec& p) { return p.name == key; });
+    known = known || find_param(params, key);
     pose = pose || (type == "pose" && !known && is_pose_field(std::string(key), params));
   }
   return !any || known || !(type == "map" || pose);

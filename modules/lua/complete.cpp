@@ -325,8 +325,7 @@ void string_words(Impl& impl, lua_State* L, std::string_view s, const Scan& at,
                                                  : command_called(impl, L, direct, is_method);
   const ParamSpec* param = nullptr;
   if (spec && !key.empty()) {
-    for (const ParamSpec& p : spec->params)
-      if (p.name == key) param = &p;
+    param = find_param(spec->params, key);
   } else if (spec && key.empty()) {
     const std::size_t first = is_method ? 1 : 0;
     if (first < spec->params.size()) param = &spec->params[first];

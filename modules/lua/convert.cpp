@@ -9,7 +9,6 @@
 #include "kernel/type.h"
 #include "lua/internal.h"
 #include "lua/pretty.h"
-#include "lua/sandbox/wire.h"
 #include "lua/terminal_text.h"
 
 namespace robomosp::lua {
@@ -170,9 +169,8 @@ std::optional<Value> many_rows(lua_State* L, int index) {
 /// robot, such as q, qd and tau.
 bool takes_rows(const Schema* params, std::string_view name) {
   if (!params) return false;
-  const auto at = std::find_if(params->begin(), params->end(),
-                               [&](const ParamSpec& p) { return p.name == name; });
-  return at != params->end() && plain_type(at->type) == "any" && !at->unit.empty();
+  const ParamSpec* at = find_param(*params, name);
+  return at && plain_type(at->type) == "any" && !at->unit.empty();
 }
 
 }  // namespace
@@ -460,7 +458,7 @@ Error to_error(lua_State* L, int index) {
   index = lua_absindex(L, index);
   if (lua_istable(L, index)) {
     Error e;
-    e.code = wire::code_from(string_field(L, index, "code"));
+    e.code = error_code_from(string_field(L, index, "code")).value_or(ErrorCode::script_failed);
     e.message = string_field(L, index, "message");
     e.where = string_field(L, index, "where");
     e.hint = string_field(L, index, "hint");

@@ -93,10 +93,7 @@ class Printer {
   }
 
   static const ParamSpec* field(const std::vector<ParamSpec>* fields, std::string_view name) {
-    if (!fields) return nullptr;
-    const auto it = std::find_if(fields->begin(), fields->end(),
-                                 [&](const ParamSpec& f) { return f.name == name; });
-    return it == fields->end() ? nullptr : &*it;
+    return fields ? find_param(*fields, name) : nullptr;
   }
 
   /// Keys of a map: those of the return's fields in their order, then the rest as they come.

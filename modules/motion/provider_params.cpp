@@ -23,9 +23,7 @@ Map values_of(const model::ProviderChoice& choice) {
 }
 
 const ParamSpec* find_parameter(const ProviderInfo& provider, std::string_view name) {
-  const auto found = std::find_if(provider.schema.begin(), provider.schema.end(),
-                                  [&](const ParamSpec& p) { return p.name == name; });
-  return found == provider.schema.end() ? nullptr : &*found;
+  return find_param(provider.schema, name);
 }
 
 Result<std::unique_ptr<Params>> checked_values(const ProviderInfo& provider, const Map& given,

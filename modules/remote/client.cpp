@@ -58,7 +58,6 @@ Error error_of(const Map& fault) {
   const Value* data = fault.find("data");
   static const Map kNone;
   const Map& about = data && data->as_map() ? *data->as_map() : kNone;
-  const std::string code = text_under(about, "code");
   Error e = error(ErrorCode::unsupported, text_under(fault, "message"));
   // JSON-RPC 2.0, section 5.1: what a server means that gives no word of ours.
   const Value* given = fault.find("code");
@@ -67,8 +66,7 @@ Error error_of(const Map& fault) {
   if (number == -32'600) e.code = ErrorCode::usage;
   if (number == -32'601) e.code = ErrorCode::unknown_name;
   if (number == -32'602) e.code = ErrorCode::invalid_argument;
-  for (int c = 1; c <= static_cast<int>(ErrorCode::script_failed); ++c)
-    if (to_string(static_cast<ErrorCode>(c)) == code) e.code = static_cast<ErrorCode>(c);
+  e.code = error_code_from(text_under(about, "code")).value_or(e.code);
   e.where = text_under(about, "where");
   e.hint = text_under(about, "hint");
   // The message is the whole sentence; where and hint stand by themselves here.

@@ -31,9 +31,11 @@ struct BodyPlace {
 
 class BodyPlaces {
  public:
+  /// `object_at` has the places of the world's objects by name; `world` null = a robot on its own.
   BodyPlaces(const document::Snapshot& snapshot, const model::World* world,
+             const std::unordered_map<std::string, std::size_t>& object_at,
              const CollisionModel& model)
-      : snapshot_(snapshot), world_(world), model_(model) {}
+      : snapshot_(snapshot), world_(world), object_at_(object_at), model_(model) {}
 
   [[nodiscard]] BodyPlace of(std::int32_t number) const {
     const CollisionBody& b = model_.bodies()[static_cast<std::size_t>(number)];
@@ -56,13 +58,13 @@ class BodyPlaces {
 
  private:
   [[nodiscard]] AnyId object(const std::string& name) const {
-    if (world_)
-      for (const model::PlacedObject& o : world_->objects)
-        if (o.name == name) return o.what;
-    return {};
+    if (!world_) return {};
+    const auto at = object_at_.find(name);
+    return at == object_at_.end() ? AnyId{} : world_->objects[at->second].what;
   }
   const document::Snapshot& snapshot_;
   const model::World* world_;
+  const std::unordered_map<std::string, std::size_t>& object_at_;
   const CollisionModel& model_;
 };
 
@@ -138,7 +140,7 @@ Result<SceneModel::Impl::Proximity> SceneModel::Impl::proximity_of(Work& w) {
                 q.begin() + static_cast<std::ptrdiff_t>(r.first));
   }
   Proximity out;
-  const BodyPlaces places(*w.wanted.snapshot, w.now, *model);
+  const BodyPlaces places(*w.wanted.snapshot, w.now, object_at, *model);
   if (asked.contacts) {
     RMP_TRY_ASSIGN(const auto hits, model->collisions(q, w.progress));
     for (const CollisionPair& pair : hits)
@@ -176,6 +178,7 @@ Result<void> SceneModel::Impl::show_proximity(Work& w) {
         w.is_exact = false;
         // What the old lines begin at may be gone.
         std::erase_if(w.proximity.lines, [&](const MemberPtr& m) {
+          if (w.now && m->what.kind != Kind::robot) return !object_at.contains(m->begins_at);
           return !has_member(m->what.kind == Kind::robot ? w.next->robots : w.next->bodies,
                              m->begins_at);
         });

@@ -24,12 +24,6 @@ bool same_word(std::string_view a, std::string_view b) {
   });
 }
 
-const ParamSpec* find_param(const CommandSpec& spec, std::string_view name) {
-  const auto at = std::find_if(spec.params.begin(), spec.params.end(),
-                               [&](const ParamSpec& p) { return p.name == name; });
-  return at == spec.params.end() ? nullptr : &*at;
-}
-
 /// A word that lines of the 2006 program may have and that is no parameter here: whether it is
 /// one, by itself and the word behind it, and what to say of it ("" = nothing).
 struct Extra {
@@ -130,7 +124,7 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
   std::vector<Slot> order;
   if (spelling.order) {
     for (const std::string& name : *spelling.order)
-      if (const ParamSpec* p = find_param(spec, name)) order.push_back({p, nullptr});
+      if (const ParamSpec* p = find_param(spec.params, name)) order.push_back({p, nullptr});
       else if (const Extra* e = find_extra(name)) order.push_back({nullptr, e});
   } else {
     for (std::size_t i = is_method ? 1 : 0; i < spec.params.size(); ++i)
@@ -144,7 +138,7 @@ Result<Read> classic_arguments(const CommandSpec& spec, const ClassicSpelling& s
   for (std::size_t w = 0; w < words.size(); ++w) {
     const std::string& word = words[w];
     if (const auto equals = word.find('='); equals != std::string::npos && equals > 0)
-      if (const std::string name = word.substr(0, equals); find_param(spec, name)) {
+      if (const std::string name = word.substr(0, equals); find_param(spec.params, name)) {
         args.set(name, word.substr(equals + 1));
         continue;
       }

@@ -252,9 +252,8 @@ Result<Map> Expressions::read(const Schema& schema, const Map& given, std::strin
   if (!snapshot_) return given;
   Map out;
   for (const auto& [key, value] : given) {
-    const auto spec = std::find_if(schema.begin(), schema.end(),
-                                   [&key = key](const ParamSpec& p) { return p.name == key; });
-    if (spec == schema.end() || value.is_nil()) {
+    const ParamSpec* spec = find_param(schema, key);
+    if (!spec || value.is_nil()) {
       out.set(key, value);
       continue;
     }
@@ -262,9 +261,7 @@ Result<Map> Expressions::read(const Schema& schema, const Map& given, std::strin
     out.set(key, std::move(v));
   }
   // Texts beside the numbers, as solid.tree gives them.
-  const auto spec = std::find_if(schema.begin(), schema.end(),
-                                 [](const ParamSpec& p) { return p.name == "expressions"; });
-  const Value* texts = spec == schema.end() ? nullptr : given.find("expressions");
+  const Value* texts = find_param(schema, "expressions") ? given.find("expressions") : nullptr;
   if (const Map* map = texts ? texts->as_map() : nullptr)
     for (const auto& [path, value] : *map) {
       const std::string at = join(std::string(where), "expressions." + path);

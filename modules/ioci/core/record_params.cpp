@@ -167,10 +167,9 @@ Schema record_params(std::string_view kind, std::string_view path, const std::st
 }
 
 ParamSpec& param_named(Schema& schema, std::string_view name) {
-  const auto it = std::find_if(schema.begin(), schema.end(),
-                               [name](const ParamSpec& p) { return p.name == name; });
-  RMP_CHECK(it != schema.end(), std::string(name).c_str());
-  return *it;
+  const ParamSpec* p = find_param(schema, name);
+  RMP_CHECK(p, std::string(name).c_str());
+  return schema[static_cast<std::size_t>(p - schema.data())];
 }
 
 Schema without(Schema schema, std::initializer_list<std::string_view> names) {

@@ -3,6 +3,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/room_parts.h"
 #include "ioci/core/surroundings.h"
+#include "kernel/fault.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -43,9 +44,7 @@ Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   const std::uint64_t session = ctx.app.author(ctx.session).session;
   if (!flag(args, "own")) f.not_of = session;
   f.previews = flag(args, "previews");
-  const std::string least = text_of(args, "severity");
-  for (const Severity s : {Severity::debug, Severity::info, Severity::warning, Severity::error})
-    if (to_string(s) == least) f.severity = s;
+  f.severity = severity_from(text_of(args, "severity")).value_or(f.severity);
   f.most = static_cast<std::size_t>(integer(args, "most"));
   f.rate = real(args, "rate");
   f.reads = flag(args, "reads");

@@ -16,6 +16,7 @@
 #include "kernel/fault.h"
 #include "kernel/type.h"
 #include "model/field_path.h"
+#include "model/program_kinds.h"
 #include "scene/build.h"
 #include "scene/path_lines.h"
 
@@ -51,18 +52,12 @@ const NamedType kFaultType{"fault", "map", fault_type};
 /// The name of the argument that a path begins with.
 std::string_view root_of(std::string_view path) { return path.substr(0, path.find_first_of("[.")); }
 
-const ParamSpec* param_of(const CommandSpec& spec, std::string_view name) {
-  const auto it = std::find_if(spec.params.begin(), spec.params.end(),
-                               [&](const ParamSpec& p) { return p.name == name; });
-  return it == spec.params.end() ? nullptr : &*it;
-}
-
 /// The part of "robot.create, links[2], a" that is the path of an argument; "" = none is.
 std::string argument_in(const CommandSpec& spec, std::string_view where) {
   while (!where.empty()) {
     const std::size_t end = std::min(where.find(", "), where.size());
     const std::string_view part = where.substr(0, end);
-    if (part.find(' ') == std::string_view::npos && param_of(spec, root_of(part)))
+    if (part.find(' ') == std::string_view::npos && find_param(spec.params, root_of(part)))
       return std::string(part);
     where.remove_prefix(std::min(end + 2, where.size()));
   }
@@ -81,7 +76,7 @@ void name_argument(Fault& f, const std::string& where, const FailedCall& call) {
     return;
   }
   if (f.code == "argument.unknown" ? call.given.find(s.argument) != nullptr
-                                   : param_of(call.spec, root_of(s.argument)) != nullptr)
+                                   : find_param(call.spec.params, root_of(s.argument)) != nullptr)
     return;
   // An entry of a table in an argument, such as a parameter of a provider: it is no argument by
   // itself, and neither is what repeats the call with it.
@@ -92,7 +87,7 @@ void name_argument(Fault& f, const std::string& where, const FailedCall& call) {
 
 /// The record nearest in name, where it would be found.
 void offer_record(Fault& f, const FailedCall& call) {
-  const ParamSpec* p = param_of(call.spec, f.subject.argument);
+  const ParamSpec* p = find_param(call.spec.params, f.subject.argument);
   const Value* given = p ? call.given.find(p->name) : nullptr;
   if (!given || !given->as_string() || !p->type.starts_with("ref:")) return;
   const std::string_view kinds = std::string_view(p->type).substr(4);
@@ -113,7 +108,7 @@ void offer_record(Fault& f, const FailedCall& call) {
 }
 
 void name_record(FaultSubject& s, const FailedCall& call) {
-  const ParamSpec* p = param_of(call.spec, "id");
+  const ParamSpec* p = find_param(call.spec.params, "id");
   const Value* id = call.given.find("id");
   if (!p || !id || !p->type.starts_with("ref:")) return;
   const auto found = call.app.resolve(call.records, std::string_view(p->type).substr(4), *id);
@@ -177,7 +172,7 @@ class DocumentFaults {
     if (const auto held = document::check_record(record); !held.ok()) add(held.error(), id);
     look_at_providers(id, record);
     if (id.kind == Kind::solid) return look_at_solid(id);
-    if (to_string(id.kind) == "program") return look_at_program(id);
+    if (id.kind == program_kind()) return look_at_program(id);
     return {};
   }
   [[nodiscard]] bool is_full() const { return faults_.size() >= most_; }
@@ -275,9 +270,10 @@ class DocumentFaults {
       f.subject.column = column;
       f.subject.end_column = column + static_cast<std::uint32_t>(integer(r, "length"));
       // A path to a line of a file, where the file is one of the record.
-      const auto number = model::find(model::content(ctx_.snapshot().find(id)->body),
-                                      "files." + file + ".lines[" + std::to_string(line) + "]");
-      f.subject.path = number ? "files." + file + ".lines[" + std::to_string(line) + "]" : "files";
+      const std::string path = "files." + file + ".lines[" + std::to_string(line) + "]";
+      const bool is_there =
+          model::find(model::content(ctx_.snapshot().find(id)->body), path).has_value();
+      f.subject.path = is_there ? path : "files";
       add(std::move(f), id);
     }
     return {};

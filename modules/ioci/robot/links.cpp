@@ -41,7 +41,7 @@ Schema make_link_params() {
 }
 
 Schema make_link_schema(bool is_prismatic, bool creating) {
-  Schema s = plain_params(make_link_params(), is_prismatic ? 1 : 0);
+  Schema s = plain_params(link_params(), is_prismatic ? 1 : 0);
   if (creating) param_named(s, "joint").default_value = Value(model::kJointWords[0]);
   return s;
 }

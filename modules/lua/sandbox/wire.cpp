@@ -283,13 +283,6 @@ Result<std::optional<Frame>> Inbox::take() {
   return std::optional<Frame>(Frame{kind, std::move(*value)});
 }
 
-ErrorCode code_from(std::string_view word) {
-  for (auto i = static_cast<std::int32_t>(ErrorCode::invalid_argument);
-       i <= static_cast<std::int32_t>(ErrorCode::script_failed); ++i)
-    if (to_string(static_cast<ErrorCode>(i)) == word) return static_cast<ErrorCode>(i);
-  return ErrorCode::script_failed;
-}
-
 Value error_value(const Error& e) {
   constexpr std::size_t kMostFaults = 20;
   Map out{{"code", to_string(e.code)},
@@ -304,7 +297,7 @@ Error error_from(const Value& v) {
   const Map* m = v.as_map();
   if (!m) return error(ErrorCode::script_failed, "the script failed without an error message");
   Error e;
-  e.code = code_from(text_of(*m, "code"));
+  e.code = error_code_from(text_of(*m, "code")).value_or(ErrorCode::script_failed);
   e.message = text_of(*m, "message");
   e.where = text_of(*m, "where");
   e.hint = text_of(*m, "hint");

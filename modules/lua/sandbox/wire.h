@@ -68,9 +68,7 @@ class Inbox {
   std::size_t taken_ = 0;  ///< processed bytes at the beginning of bytes_
 };
 
-/// The error code with that word; script_failed for unknown words.
-[[nodiscard]] ErrorCode code_from(std::string_view word);
-/// An error as a value and back; texts longer than 64 KiB are cut.
+/// An error as a value and back; texts longer than 64 KiB are cut, unknown codes are script_failed.
 [[nodiscard]] Value error_value(const Error& e);
 [[nodiscard]] Error error_from(const Value& v);
 
