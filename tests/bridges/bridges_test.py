@@ -395,7 +395,7 @@ class Mqtt(BridgeTest):
         program = os.environ["ROBOMOSP_MQTT"]
         fine = {"recordings": [self.recording()]}
         for text, part in (("", "not JSON"), ("[]", "not a table in braces"), ("{}", "requests nothing"),
-                           (json.dumps({**fine, "extra": 1}), "extra is not known"),
+                           (json.dumps({**fine, "extra": 1}), "extra is unknown"),
                            (json.dumps({**fine, "broker": {"port": 0}}), "broker.port is"),
                            (json.dumps({**fine, "broker": {"port": "x"}}), "is no number"),
                            (json.dumps({**fine, "broker": {"key_file": "k"}}), "ca_file is missing"),
@@ -531,7 +531,7 @@ class Rtde(BridgeTest):
                            (json.dumps({"recording": {"title": "t"}}), "controller is missing"),
                            (json.dumps({**fine, "controller": {"host": "h", "frequency": 1000}}), "frequency is 1000"),
                            (json.dumps({**fine, "recording": {"title": "t", "world": "w"}}), "recording.robot is missing"),
-                           (json.dumps({**fine, "mqtt": {}}), "mqtt is not known")):
+                           (json.dumps({**fine, "mqtt": {}}), "mqtt is unknown")):
             said = self.refusal(program, text)
             self.assertIn(part, said)
             self.assertEqual(said.count("\n"), 1, said)
