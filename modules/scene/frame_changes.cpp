@@ -37,29 +37,46 @@ class Comparison {
   /// Either may be null.
   void members(const MemberPtr& before, const MemberPtr& after) {
     static const auto kNothing = std::make_shared<const Shape>();
+    const bool all_rest =
+        before && after && same(before->bodies, after->bodies) &&
+        before->touching == after->touching;
     for (std::size_t layer = 0; layer < kShapeLayers; ++layer) {
       const ShapePtr& a = before && before->shapes[layer] ? before->shapes[layer] : kNothing;
       const ShapePtr& b = after && after->shapes[layer] ? after->shapes[layer] : kNothing;
-      if (a->is_empty() && b->is_empty()) continue;
+      if (a == b && (all_rest || a == kNothing)) continue;
       for_each_list_of_two(*a, *b, [&](ElementKind kind, const auto& was, const auto& is) {
+        if (was.empty() && is.empty()) return;
         if (a == b) moved_only(kind, layer, before, after, is);
+        else if (is_same_order(was, is)) pairs(kind, layer, before, after, was, is);
         else lists(kind, layer, before, after, was, is);
       });
     }
   }
 
  private:
+  static bool same(const std::vector<Pose>& a, const std::vector<Pose>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const Pose& x, const Pose& y) { return scene::same(x, y); });
+  }
   static ElementRef ref(ElementKind kind, std::size_t layer, std::size_t i, const MemberPtr& of) {
     return {kind, static_cast<ShapeLayer>(layer), static_cast<std::uint32_t>(i), of};
   }
   static bool rests(const MemberPtr& before, std::int32_t was, const MemberPtr& after,
                     std::int32_t is) {
-    return (was < 0 && is < 0) || same(before->world_T(was), after->world_T(is));
+    return (was < 0 && is < 0) || scene::same(before->world_T(was), after->world_T(is));
   }
   /// Items of bodies that touch something are drawn red.
   static bool looks_same(ElementKind kind, const MemberPtr& before, std::int32_t was,
                          const MemberPtr& after, std::int32_t is) {
     return kind != ElementKind::item || before->touches(was) == after->touches(is);
+  }
+  /// The same elements in the same order, as most layers have that were made again.
+  template <class List>
+  static bool is_same_order(const List& was, const List& is) {
+    return std::equal(was.begin(), was.end(), is.begin(), is.end(),
+                      [](const auto& a, const auto& b) {
+                        return a.group == b.group && a.number == b.number;
+                      });
   }
   template <class List>
   void moved_only(ElementKind kind, std::size_t layer, const MemberPtr& before,
@@ -71,8 +88,29 @@ class Comparison {
         out_.moved.push_back(ref(kind, layer, i, after));
   }
   template <class List>
+  void pair(ElementKind kind, std::size_t layer, const MemberPtr& before, const MemberPtr& after,
+            const List& was, std::size_t at, const List& is, std::size_t i) {
+    const auto& e = was[at];
+    if (!scene::same(e.what, is[i].what) || !looks_same(kind, before, e.body, after, is[i].body)) {
+      out_.changed.push_back(ref(kind, layer, i, after));
+    } else if (!stands_still(e.what, is[i].what) || !rests(before, e.body, after, is[i].body)) {
+      out_.moved.push_back(ref(kind, layer, i, after));
+    }
+  }
+  template <class List>
+  void pairs(ElementKind kind, std::size_t layer, const MemberPtr& before, const MemberPtr& after,
+             const List& was, const List& is) {
+    for (std::size_t i = 0; i < is.size(); ++i) pair(kind, layer, before, after, was, i, is, i);
+  }
+  template <class List>
   void lists(ElementKind kind, std::size_t layer, const MemberPtr& before, const MemberPtr& after,
              const List& was, const List& is) {
+    if (was.empty() || is.empty()) {  // a layer was turned on or off
+      for (std::size_t i = 0; i < is.size(); ++i) out_.added.push_back(ref(kind, layer, i, after));
+      for (std::size_t i = 0; i < was.size(); ++i)
+        out_.removed.push_back(ref(kind, layer, i, before));
+      return;
+    }
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> old;
     for (std::size_t i = 0; i < was.size(); ++i) old[{was[i].group, was[i].number}] = i;
     for (std::size_t i = 0; i < is.size(); ++i) {
@@ -81,12 +119,7 @@ class Comparison {
         out_.added.push_back(ref(kind, layer, i, after));
         continue;
       }
-      const auto& e = was[at->second];
-      if (!same(e.what, is[i].what) || !looks_same(kind, before, e.body, after, is[i].body)) {
-        out_.changed.push_back(ref(kind, layer, i, after));
-      } else if (!stands_still(e.what, is[i].what) || !rests(before, e.body, after, is[i].body)) {
-        out_.moved.push_back(ref(kind, layer, i, after));
-      }
+      pair(kind, layer, before, after, was, at->second, is, i);
       old.erase(at);
     }
     for (const auto& [key, i] : old) out_.removed.push_back(ref(kind, layer, i, before));

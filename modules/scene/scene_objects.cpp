@@ -87,15 +87,20 @@ Result<void> SceneModel::Impl::show_objects(Work& w) {
     touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
   }
   if (w.detail == Detail::exact) {
-    std::unordered_set<AnyId> needed;
-    for (const std::size_t i : touched) needed.insert(list[i].what);
-    RMP_TRY(store.prepare({needed.begin(), needed.end()}, w.progress));
+    std::unordered_set<AnyId> missing;
+    AnyId last;  // neighbours often are of the same record
+    for (const std::size_t i : touched) {
+      if (list[i].what == last) continue;
+      last = list[i].what;
+      if (!store.has_exact(last)) missing.insert(last);
+    }
+    RMP_TRY(store.prepare({missing.begin(), missing.end()}, w.progress));
   }
   std::unordered_map<std::string_view, const MemberPtr*> old;
-  if (!is_same_list) {
+  const bool is_new_list = !is_same_list || w.has_other_extras;
+  if (!is_same_list)
     for (const MemberPtr& m : frame->bodies) old[m->name] = &m;
-    w.next->bodies.clear();
-  }
+  if (is_new_list) w.next->bodies.clear();
   for (const std::size_t i : touched) {
     const model::PlacedObject& o = list[i];
     Pose pose = model::pose(o.placement);
@@ -104,12 +109,12 @@ Result<void> SceneModel::Impl::show_objects(Work& w) {
       if (const auto at = m->objects.find(o.name); at != m->objects.end()) pose = at->second;
     MemberPtr before;
     if (is_same_list) {
-      before = std::as_const(w.next->bodies)[i];
+      before = frame->bodies[i];
     } else if (const auto at = old.find(o.name); at != old.end() && !w.is_anew) {
       before = *at->second;
     }
     RMP_TRY_ASSIGN(MemberPtr member, object_member(w, o.name, true, o.what, pose, before));
-    if (!is_same_list) w.next->bodies.push_back(std::move(member));
+    if (is_new_list) w.next->bodies.push_back(std::move(member));
     else if (member != before) w.next->bodies[i] = std::move(member);
   }
   return {};
@@ -118,36 +123,43 @@ Result<void> SceneModel::Impl::show_objects(Work& w) {
 Result<MemberPtr> SceneModel::Impl::object_member(Work& w, const std::string& name, bool is_placed,
                                                   AnyId id, const Pose& pose,
                                                   const MemberPtr& before) {
-  const bool keeps_shapes = before && before->what == id && before->name == name &&
-                            !w.is_touched(id) && !can_be_finer(w, id);
-  if (keeps_shapes && same(before->bodies.front(), pose)) return before;
-  auto m = std::make_shared<Member>();
-  if (keeps_shapes) {
-    *m = *before;
-  } else {
+  // An update that was cancelled may have dropped shapes that this frame shows again after an undo.
+  const bool keeps_bodies = before && before->what == id && before->name == name && !w.is_anew &&
+                            !w.affected.contains(id) && !can_be_finer(w, id) &&
+                            (!w.has_other_extras || store.has(id));
+  if (keeps_bodies && !w.has_other_extras && same(before->bodies.front(), pose)) return before;
+  auto m = keeps_bodies ? std::make_shared<Member>(*before) : std::make_shared<Member>();
+  if (!keeps_bodies) {
     m->kind = id.kind == Kind::material ? MemberKind::material : MemberKind::body;
     m->is_placed = is_placed;
     m->name = name;
     m->what = id;
     RMP_TRY_ASSIGN(layer_of(*m, ShapeLayer::bodies), store.bodies(id, w.detail, w.progress));
-    const Extras& extras_now = w.wanted.extras;
-    if (id.kind != Kind::material) {
-      if (extras_now.com && store.has_exact(id)) {
-        RMP_TRY_ASSIGN(layer_of(*m, ShapeLayer::marks), store.mark(id, w.progress));
-      } else if (extras_now.com) {
-        w.is_exact = false;
-      }
-      if (extras_now.frames) layer_of(*m, ShapeLayer::frames) = store.frames(id);
-      if (extras_now.dimensions) layer_of(*m, ShapeLayer::dimensions) = store.dimensions(id);
-    }
-    const Shape& bodies = *m->shape(ShapeLayer::bodies);
-    if (extras_now.labels)
-      layer_of(*m, ShapeLayer::labels) =
-          label_of(*m, bodies.boxes.empty() ? empty_box() : bodies.boxes.front(), before);
   }
-  m->bodies = {pose};
   const Shape& bodies = *m->shape(ShapeLayer::bodies);
-  m->box = bodies.boxes.empty() ? empty_box() : moved(bodies.boxes.front(), pose);
+  if (!keeps_bodies || w.has_other_extras) {
+    const Extras& shown = w.wanted.extras;
+    const bool has_layers = id.kind != Kind::material;
+    ShapePtr mark;
+    if (has_layers && shown.com && store.has_exact(id)) {
+      RMP_TRY_ASSIGN(mark, store.mark(id, w.progress));
+    } else if (has_layers && shown.com) {
+      w.is_exact = false;
+    }
+    layer_of(*m, ShapeLayer::marks) = std::move(mark);
+    layer_of(*m, ShapeLayer::frames) = has_layers && shown.frames ? store.frames(id) : ShapePtr();
+    layer_of(*m, ShapeLayer::dimensions) =
+        has_layers && shown.dimensions ? store.dimensions(id) : ShapePtr();
+    layer_of(*m, ShapeLayer::labels) =
+        shown.labels
+            ? label_of(*m, bodies.boxes.empty() ? empty_box() : bodies.boxes.front(), before)
+            : ShapePtr();
+  }
+  const bool rests = keeps_bodies && same(before->bodies.front(), pose);
+  if (!rests) {
+    m->bodies.assign(1, pose);
+    m->box = bodies.boxes.empty() ? empty_box() : moved(bodies.boxes.front(), pose);
+  }
   if (before && before->what == id && before->name == name && before->shapes == m->shapes &&
       same(before->bodies.front(), pose))
     return before;

@@ -35,6 +35,7 @@ class ShapeStore {
   Result<ShapePtr> mark(AnyId what, Progress&);
   ShapePtr frames(AnyId what);
   ShapePtr dimensions(AnyId what);
+  [[nodiscard]] bool has(AnyId what) const { return bodies_.contains(what); }
   /// True if an exact one is stored.
   [[nodiscard]] bool has_exact(AnyId what) const;
   /// Records with coarse bodies.

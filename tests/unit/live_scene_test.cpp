@@ -104,6 +104,14 @@ std::string told(const render::Scene& scene, const std::vector<std::string>& lef
     line("label", 0, l.text);
     for (const double x : l.place) number(x);
   }
+  for (const auto& l : scene.legends) {
+    line("legend", l.colours.size(), l.title);
+    for (const Colour& c : l.colours) colour(c);
+    for (const auto& t : l.ticks) {
+      number(t.share);
+      out += t.text + " ";
+    }
+  }
   for (const auto& l : scene.lights) {
     line("light", static_cast<std::uint64_t>(l.kind), "");
     pose(l.pose);
@@ -378,10 +386,16 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
   MotionPtr motion;
   std::optional<std::uint64_t> gesture;
   const auto names = layer_names();
+  struct {
+    int edits = 0, gestures = 0, undone = 0, redone = 0, states = 0, layers = 0, ghosts = 0,
+        compared = 0;
+  } done_so_far;
   for (int n = 0; n < kEdits; ++n) {
     switch (chance.below(12)) {
       case 0:
-        if (!gesture) gesture = unwrap(bench.document.begin_gesture("drag", {1, "tester"}));
+        if (gesture) break;
+        gesture = unwrap(bench.document.begin_gesture("drag", {1, "tester"}));
+        ++done_so_far.gestures;
         break;
       case 1:
         if (gesture) {
@@ -391,12 +405,13 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
         }
         break;
       case 2:
-        if (!gesture) (void)bench.document.undo(1).ok();
+        if (!gesture) done_so_far.undone += bench.document.undo(1).ok();
         break;
       case 3:
-        if (!gesture) (void)bench.document.redo(1).ok();
+        if (!gesture) done_so_far.redone += bench.document.redo(1).ok();
         break;
       case 4: {  // a state of a run
+        ++done_so_far.states;
         auto m = std::make_shared<Motion>();
         m->q["arm"] = {chance.real(), chance.real()};
         const auto* w = bench.document.now()->get(cell);
@@ -408,6 +423,14 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
       }
       case 5: motion = nullptr; break;
       case 6: {
+        if (chance.below(4) == 0) {
+          ++done_so_far.ghosts;
+          extras.ghosts.clear();
+          if (chance.below(2))
+            extras.ghosts = {{"arm", {chance.real(), chance.real()}}, {"second", {}}};
+          break;
+        }
+        ++done_so_far.layers;
         // Contacts and clearances ask for every pair of bodies, which takes its time.
         const std::string& name = names[chance.below(names.size())];
         const bool is_slow = name == "contacts" || name == "clearances";
@@ -421,6 +444,7 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
         change_records(*this, *tx, chance);
         const auto done = tx->commit();
         ASSERT_TRUE(done.ok()) << done.error().sentence();
+        ++done_so_far.edits;
       }
     }
     live.follow(bench.document.now());
@@ -439,6 +463,7 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
     EXPECT_TRUE(frame->is_exact);
     if (frame != last) mirror.apply(frame->since);
     last = frame;
+    ++done_so_far.compared;
     const std::string when = "after " + std::to_string(n + 1) + " edits";
     const std::string wanted_text = told(*anew(cell, now));
     expect_same(told(*frame), wanted_text, when);
@@ -447,6 +472,14 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
       expect_same(told(*unwrap(live.settle(progress))), wanted_text, when + ", off the thread");
     if (HasFailure()) return;
   }
+  // Shares of all steps; a step may find nothing to undo, or a gesture open.
+  EXPECT_GT(done_so_far.edits, kEdits / 4);
+  EXPECT_GT(done_so_far.states, kEdits / 20);
+  EXPECT_GT(done_so_far.layers, kEdits / 25);
+  EXPECT_GT(done_so_far.redone, kEdits / 500);
+  for (const int n : {done_so_far.gestures, done_so_far.undone,
+                      done_so_far.ghosts, done_so_far.compared})
+    EXPECT_GT(n, kEdits / 100);
 }
 
 TEST_F(LiveSceneTest, WhatOnlyMovesKeepsItsShapes) {
