@@ -121,6 +121,29 @@ struct Settings {
   std::vector<std::string> plugin_path, library;
 };
 
+/// The line of a terminal that shows the progress of a command. Whatever else is printed erases it
+/// first. [any thread]
+class ProgressLine {
+ public:
+  void show(double fraction, std::string_view what) {
+    std::string words = text::visible(what);
+    std::replace(words.begin(), words.end(), '\n', ' ');
+    std::fprintf(stderr, "\r[%3d%%] %s\x1b[K", static_cast<int>(fraction * 100), words.c_str());
+    is_shown_ = true;
+  }
+  void erase() {
+    if (is_shown_.exchange(false)) std::fprintf(stderr, "\r\x1b[K");
+  }
+
+ private:
+  std::atomic<bool> is_shown_ = false;
+};
+
+ProgressLine& progress_line() {
+  static ProgressLine line;
+  return line;
+}
+
 /// Speaks to the user: results on standard output, everything else on standard error.
 class Voice {
  public:
@@ -159,6 +182,7 @@ class Voice {
     if (!settings_.quiet) to_stderr("warning", "\x1b[33m", text);
   }
   void line(std::string_view text) const {
+    progress_line().erase();
     std::fwrite(text.data(), 1, text.size(), out_);
     std::fputc('\n', out_);
     std::fflush(out_);
@@ -176,11 +200,13 @@ class Voice {
  private:
   void show(std::string_view text) const {
     const std::string shown = text::visible(text);
+    progress_line().erase();
     if (pages_) show_paged(shown);
     else line(shown);
   }
   void to_stderr(const char* word, const char* color, std::string_view text) const {
     const std::string shown = text::visible(text);
+    progress_line().erase();
     std::fprintf(stderr, "%s%s:%s %s\n", color_ ? color : "", word, color_ ? "\x1b[0m" : "",
                  shown.c_str());
   }
@@ -248,17 +274,13 @@ struct Program {
 
 /// A bar on standard error, when that is a terminal.
 std::function<void(double, std::string_view)> progress_bar() {
-  return [last = std::chrono::steady_clock::time_point(), shown = false](
-             double fraction, std::string_view what) mutable {
+  return [last = std::chrono::steady_clock::time_point()](double fraction,
+                                                         std::string_view what) mutable {
     const auto now = std::chrono::steady_clock::now();
-    const bool is_done = fraction >= 1;
-    if (is_done && shown) std::fprintf(stderr, "\r\x1b[K");
-    if (is_done || now - last < std::chrono::milliseconds(100)) return;
+    if (fraction >= 1) return progress_line().erase();
+    if (now - last < std::chrono::milliseconds(100)) return;
     last = now;
-    shown = true;
-    std::string words = text::visible(what);
-    std::replace(words.begin(), words.end(), '\n', ' ');
-    std::fprintf(stderr, "\r[%3d%%] %s\x1b[K", static_cast<int>(fraction * 100), words.c_str());
+    progress_line().show(fraction, what);
   };
 }
 
@@ -304,6 +326,7 @@ Result<void> start(Program& p, const Settings& s, const Voice& voice, std::strin
       return;
     }
     if (p.printed) return p.printed(text);
+    progress_line().erase();
     // With --json standard output carries JSON only, and this is standard error.
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);
@@ -1038,6 +1061,7 @@ int run_interactive(Program& p, Voice& voice) {
       if (may_leave(p, voice, editor)) return 0;
       p.app->quit_requested = false;
     }
+    progress_line().erase();
     const auto line = editor.read(pending.empty() ? "> " : ">> ", pending);
     if (line.outcome == LineEditor::Outcome::cancelled) {
       // What was dropped can be taken up again.

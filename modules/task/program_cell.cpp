@@ -707,14 +707,15 @@ Result<std::vector<double>> ProgramCell::configuration(std::size_t who,
     return error(ErrorCode::unreachable,
                  "robot " + quote(robot.placed->name) + " cannot reach " + place(base_T_target.p) +
                      " with these turns of its last joints",
-                 "Give TURNS of 0, or a target without them (a POSE).");
+                 "Give TURNS of -128 (any), or a target without turns (a POSE).");
   std::vector<std::string> reach;
   for (const std::int32_t o : others) reach.push_back(std::to_string(o));
   return error(ErrorCode::unreachable,
                "robot " + quote(robot.placed->name) + " does not reach " + place(base_T_target.p) +
                    " with STATUS " + std::to_string(target->status) + " (" +
                    s->branches.status_words() + ")",
-               "Use STATUS " + text::enumerate(reach) + ", or with a POSE, or with -1.");
+               "It reaches the pose with STATUS " + text::enumerate(reach) +
+                   ". Use one of these, -1 (any), or a POSE.");
 }
 
 Result<void> ProgramCell::grip(std::size_t at, bool takes) {

@@ -845,6 +845,24 @@ TEST(Console, EvaluatesSeveralLinesAndLeavesOnCtrlD) {
   EXPECT_EQ(t.wait_exit(), 0) << t.seen;
 }
 
+/// The line of the progress is erased before an answer, a text of a script and the prompt.
+TEST(Console, ErasesTheProgressBeforeWhateverFollows) {
+  const Folder home;
+  Terminal t(home.path);
+  ASSERT_TRUE(t.expect("> ")) << t.seen;
+  t.type("arm = robot 'twolink'\n");
+  ASSERT_TRUE(t.expect("\r\n> ")) << t.seen;
+  const std::string erased = "inverse kinematics\x1b[K\r\x1b[K";
+  t.type("arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}.q\n");
+  ASSERT_TRUE(t.expect(erased + "{0.3, 0.4} rad")) << t.seen;
+  t.type("print('q', arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}.q)\n");
+  ASSERT_TRUE(t.expect(erased + "q")) << t.seen;
+  t.type("s = arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}\n");
+  ASSERT_TRUE(t.expect(erased + "> ")) << t.seen;
+  t.type("arm:solve_ik{target = pose(9, 0, 0)}\n");
+  ASSERT_TRUE(t.expect(erased + "error: ")) << t.seen;
+}
+
 TEST(Console, CtrlCStopsAnEndlessLoopEvenInsidePcallAndKeepsTheProgram) {
   const Folder home;
   Terminal t(home.path);
