@@ -180,6 +180,7 @@ class Pdl2Reader final : public Reader {
       }
       Symbol& s = declare(n.raw, *type, Symbol::variable, is_local);
       if (is_extended) extended_.insert(s.irl);
+      if (text.empty() && !is_foreign) without_value(s);
       declare_variable(s, text.empty() ? initial_of(*type) : text, at, is_local);
       if (is_foreign)
         warn(n.at, std::string(n.raw) + " belongs to another program, and becomes a variable here");

@@ -114,6 +114,10 @@ class RapidReader final : public Reader {
            "Call one of its procedures after BEGIN.");
   }
 
+ protected:
+  /// Joints and external axes of VAR are 0; a rotation of zeros is none.
+  [[nodiscard]] bool begins_without_value(K k) const override { return k != K::joint; }
+
  private:
   std::span<const Binary> binaries() const override { return kRapidBinaries; }
   int turns_from() const override { return 0; }

@@ -485,9 +485,11 @@ void Reader::statement(const At& from, const std::function<void()>& read) {
       if (blocks_[i].tested && !blocks_[i].has_arm && !blocks_[i].is_reported) return i;
     return blocks_.size();
   };
-  const std::size_t case_before = armless();
+  const std::size_t case_before = armless(), open_before = blocks_.size();
   read();
-  if (case_before < blocks_.size() && case_before == armless() && &in == current_ &&
+  // What a TEST of an expression computes comes before its own block.
+  if (case_before < open_before && case_before < blocks_.size() && case_before == armless() &&
+      &in == current_ &&
       std::any_of(in.body.begin() + static_cast<std::ptrdiff_t>(std::min(before, in.body.size())),
                   in.body.end(), [](const Line& l) {
                     const std::size_t b = l.s.find_first_not_of(' ');
@@ -962,7 +964,13 @@ Symbol& Reader::declare(std::string_view foreign, Type type, Symbol::Kind kind, 
   auto& in = is_local ? current_->symbols : globals_;
   return in.insert_or_assign(lower(foreign), std::move(s)).first->second;
 }
+void Reader::without_value(const Symbol& s) {
+  const bool is_target = s.type.k == K::pose || s.type.k == K::target || s.type.k == K::joint;
+  if (is_target && s.kind == Symbol::variable && begins_without_value(s.type.k))
+    unvalued_targets_.emplace_back(s.irl, s.type.k);
+}
 void Reader::declare_variable(const Symbol& s, std::string text, const At& at, bool is_local) {
+  if (text.empty()) without_value(s);
   if (text.empty()) text = initial(s.type);
   std::string line = type_text(s.type) + ": " + s.irl + (text.empty() ? "" : " := " + text) + ";";
   auto& to = is_local && !is_in_main()    ? current_->locals

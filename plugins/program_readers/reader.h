@@ -235,7 +235,8 @@ class Reader {
   virtual void run() = 0;
   /// Language of the built-in names, which are not routines of users.
   [[nodiscard]] virtual MakerLanguage language() const { return MakerLanguage::none; }
-  /// Determines the value of each setting for every motion; called after run().
+  /// Determines the value of each setting for every motion, and reports targets without a value;
+  /// called after run().
   void settle();
   /// The program as files; called once, after settle().
   [[nodiscard]] std::unique_ptr<ReadProgram> finish();
@@ -339,6 +340,11 @@ class Reader {
   Symbol& declare(std::string_view foreign, Type, Symbol::Kind = Symbol::variable,
                   bool is_local = false);
   void declare_variable(const Symbol&, std::string value, const At&, bool is_local = false);
+  /// False where the language itself gives variables of this kind a value at their declaration.
+  [[nodiscard]] virtual bool begins_without_value(K) const { return true; }
+  /// Of a target that its declaration gives no value: a motion to it is an error unless the program
+  /// gives it one.
+  void without_value(const Symbol&);
   /// A variable that its first use declares, of a type that later uses may widen.
   Symbol& implied(std::string_view foreign, const Type&, const At&);
   void learn(std::string_view foreign, const Type&);
@@ -505,6 +511,8 @@ class Reader {
   std::string unused(const std::string& call, const Type&, const At&);
   /// Reports jumps that IRL does not allow.
   void check_jumps();
+  /// Reports motions to targets that have no value, or only some components.
+  void check_targets();
   void open_dead(const At&);
   void close_dead(const At&);
   void declare_modal(const std::string& key, const Type&, const At&);
@@ -521,6 +529,7 @@ class Reader {
   Routine* current_ = &main_;
   std::deque<Routine> routines_;
   std::set<std::string> used_names_, begun_, routine_names_;
+  std::vector<std::pair<std::string, K>> unvalued_targets_;  ///< by their names in IRL
   std::map<std::string, int> name_counts_;
   std::map<std::string, std::string> labels_;
   std::set<std::pair<const Routine*, std::string>> placed_labels_;

@@ -453,6 +453,7 @@ std::string Reader::setting_name(const std::string& key) const {
 
 void Reader::settle() {
   check_jumps();
+  check_targets();
   learned_.constant_settings.clear();
   learned_.unset_uses.clear();
   learned_.known_uses.clear();

@@ -166,6 +166,9 @@ class Val3Reader final : public Reader {
     }
   }
 
+ protected:
+  [[nodiscard]] bool begins_without_value(K) const override { return false; }
+
  private:
   struct Program {
     std::string name;

@@ -224,6 +224,54 @@ TEST(ProgramReaderRule, KrlStatementsAreCarriedOutOrRefused) {
         "MOVE PTP MAIN_JOINT(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) SPEED_PTP := 40.0;"}});
 }
 
+/// A position that gets no value, only some components, or a value that depends on itself is the
+/// controller's: an error where the robot moves to it. One that gets all components is known.
+TEST(ProgramReaderRule, TargetsWithoutAWholeValueAreErrors) {
+  const std::string tool = kKrlTool, from = "DEF probe( )\nDECL FRAME p,q\nDECL E6AXIS j\n" + tool +
+                                            "$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}\n$VEL.CP=0.2\n";
+  const std::string whole = "p.X=1\np.Y=2\np.Z=3\np.A=0\np.B=0\np.C=0\nLIN p";
+  const std::string later = "p={X 1,Y 2,Z 3,A 0,B 0,C 0}\np.Z=p.Z+5\nq=p\nLIN q";
+  const std::string joints = "j.A1=1\nj.A2=2\nj.A3=3\nj.A4=4\nj.A5=5\nj.A6=6\nPTP j";
+  expect_rules(read_krl, "probe.src", from, "END\n",
+               {{"LIN p", "1 error\n", ""},
+                {"p.X=10\np.Z=20\nLIN p", "3 error\n", ""},
+                {"p.X=10\nq=p\nLIN q\nLIN q", "3 error\n", ""},
+                {"p.Z=p.Z+5\nLIN p", "2 error\n", ""},
+                {"j.A1=5\nPTP j", "2 error\n", ""},
+                {whole.c_str(), "", "MOVE LIN p TOOL := present_tool FRAME := present_frame;"},
+                {later.c_str(), "", "MOVE LIN q TOOL := present_tool FRAME := present_frame;"},
+                {joints.c_str(), "", "MOVE PTP j TOOL := present_tool;"}});
+  expect_rules(read_rapid, "probe.mod",
+               "MODULE probe\n VAR robtarget p;\n VAR jointtarget j;\n PROC main()\n",
+               " ENDPROC\nENDMODULE\n",
+               {{"p.trans.z:=50;\nMoveL p,v100,fine,tool0;", "2 error\n", ""},
+                {"p.trans:=[1,2,3];\np.rot:=[1,0,0,0];\nMoveL p,v100,fine,tool0;", "",
+                 "MOVE LIN p SPEED := 100.0;"},
+                // Joints are 0 in RAPID.
+                {"j.robax.rax_1:=5;\nMoveAbsJ j,v100,fine,tool0;", "", "j.A1 := 5.0;"}});
+  expect_rules(read_melfa, "probe.prg", "", "",
+               {{"1 Mvs P1", "1 error\n", ""},
+                {"1 P1.X=10\n2 Mvs P1", "2 error\n", ""},
+                {"1 P1=P1+P2\n2 Mvs P1\nP2=(1,2,3,0,0,0)(7,0)", "2 error\n", ""}});
+  expect_rules(
+      read_as, "probe.as", ".PROGRAM probe()\n", ".END\n",
+      {{"POINT p = SHIFT(p BY 0,0,5)\nLMOVE p", "2 error\n", ""},
+       {"POINT p = TRANS(1,2,3,0,0,0)\nPOINT p = SHIFT(p BY 0,0,5)\nLMOVE p", "", "MOVE LIN p;"}});
+  expect_rules(
+      read_pdl2, "probe.pdl", "PROGRAM probe\nVAR p : POSITION\nBEGIN\n", "END probe\n",
+      {{"MOVE LINEAR TO p", "1 error\n", ""},
+       {"p.X := 5\nMOVE LINEAR TO p", "2 error\n", ""},
+       {"p := POS(1, 2, 3, 0, 0, 0, '')\np.X := 5\nMOVE LINEAR TO p", "", "MOVE LIN p.PSE;"}});
+}
+
+TEST(ProgramReaderRule, ATestOfAnExpressionHasItsCases) {
+  expect_rules(read_rapid, "probe.mod", "MODULE probe\n VAR num n:=4;\n PROC main()\n",
+               " ENDPROC\nENDMODULE\n",
+               {{"TEST n/2\nCASE 2:\nn:=9;\nDEFAULT:\nn:=1;\nENDTEST", "",
+                 "tested := n / 2;\nIF tested = 2 THEN\nn := 9.0;\nELSE\nn := 1.0;\nENDIF;"},
+                {"TEST n/2\nn:=3;\nCASE 2:\nn:=9;\nENDTEST", "2 error\n", ""}});
+}
+
 TEST(ProgramReaderRule, KrlTakesOfConfigDatWhatTheProgramUses) {
   const auto p = read_for_rule(
       read_krl, {{"p.src", "DEF p( )\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.5)\nLIN XP1\nEND\n"},

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Targets of motions that the program never gives a value, or gives only some components: the
+// controller moves to what it has stored, or stops; zeros would be another place.
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "reader.h"
+
+namespace robomosp::readers {
+namespace {
+
+bool is_part_of_word(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '$';
+}
+/// The names in a line of IRL; components behind a point are none.
+std::set<std::string> names_in(std::string_view s) {
+  std::set<std::string> out;
+  for (std::size_t i = 0; i < s.size();) {
+    if (s[i] == '\'') {
+      i = std::min(s.find('\'', i + 1), s.size() - 1) + 1;
+      continue;
+    }
+    if (!is_part_of_word(s[i])) {
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < s.size() && is_part_of_word(s[end])) ++end;
+    if (i == 0 || s[i - 1] != '.') out.emplace(s.substr(i, end - i));
+    i = end;
+  }
+  return out;
+}
+struct TargetGift {
+  std::string to, part;  ///< "p", and "POS.X" or nothing
+  std::set<std::string> from;
+};
+/// True if these components are all of a target: position and orientation, or every joint.
+bool are_all(K kind, const std::vector<const TargetGift*>& gifts, int axes) {
+  std::set<std::string> parts;
+  int turns = 0;
+  bool is_turned = false;
+  for (const TargetGift* g : gifts) {
+    std::string_view part = g->part;
+    for (const std::string_view outer : {std::string_view("PSE."), std::string_view("M_JOINT.")})
+      if (part.starts_with(outer)) part.remove_prefix(outer.size());
+    if (part == "PSE" || part == "M_JOINT") return true;
+    if (part == "ORI") {
+      ++turns;
+      // A, B and C of one name keep the others.
+      is_turned = is_turned || turns >= 3 || !g->from.contains(g->to);
+    }
+    parts.emplace(part);
+  }
+  if (kind == K::joint) {
+    for (int j = 1; j <= axes; ++j)
+      if (!parts.contains("A" + std::to_string(j))) return false;
+    return true;
+  }
+  const bool is_placed =
+      parts.contains("POS") ||
+      (parts.contains("POS.X") && parts.contains("POS.Y") && parts.contains("POS.Z"));
+  return is_placed && is_turned;
+}
+
+}  // namespace
+
+void Reader::check_targets() {
+  if (unvalued_targets_.empty()) return;
+  std::map<std::string, K> open;  // without a value yet
+  for (const auto& [name, kind] : unvalued_targets_) open.emplace(name, kind);
+  std::vector<const std::vector<Line>*> bodies{&main_.body};
+  for (const Routine& r : routines_) {
+    bodies.push_back(&r.body);
+    for (const std::string& name : names_in(r.head)) open.erase(name);  // a parameter
+  }
+  std::vector<TargetGift> gifts;
+  std::vector<std::pair<const Line*, std::set<std::string>>> moves;
+  for (const std::vector<Line>* body : bodies)
+    for (const Line& l : *body) {
+      // Without the marks of settings and the blanks before.
+      std::string s;
+      for (std::size_t i = 0; i < l.s.size(); ++i) {
+        if (l.s[i] == kUseMark || l.s[i] == kChangeMark)
+          i = std::min(l.s.find(kMarkEnd, i), l.s.size() - 1);
+        else if (!s.empty() || l.s[i] != ' ') s += l.s[i];
+      }
+      if (s.starts_with("MOVE ") || s.starts_with("MOVE_INC ")) {
+        const std::size_t end = std::min({s.find(" TOOL := "), s.find(" FRAME := "), s.size()});
+        moves.emplace_back(&l, names_in(std::string_view(s).substr(0, end)));
+        continue;
+      }
+      const std::size_t begin = std::min(s.find_first_of("(;{: "), s.size());
+      const std::size_t sign = s.find(" := ");
+      std::set<std::string> from = names_in(s);
+      const bool is_call = std::any_of(from.begin(), from.end(), [&](const std::string& name) {
+        return routine_names_.contains(name);
+      });
+      const std::string to = s.substr(0, begin);
+      const bool is_gift = begin == sign && !to.empty();
+      for (auto it = open.begin(); it != open.end();) {
+        const bool is_here =
+            s.starts_with('{') ? s.find(it->first) != std::string::npos : from.contains(it->first);
+        // A call may give it a value; a statement that is not read has its own error.
+        const bool is_lost =
+            s.starts_with("{ not read") || is_call || (!is_gift && !s.starts_with('{'));
+        const bool is_condition = s.starts_with("IF ") || s.starts_with("ELSIF ") ||
+                                  s.starts_with("WHILE ") || s.starts_with("WAIT ") ||
+                                  s.starts_with("UNTIL ") || s.starts_with("WRITE");
+        it = is_here && is_lost && !(is_condition && !is_call) ? open.erase(it) : std::next(it);
+      }
+      if (!is_gift) continue;
+      const std::size_t dot = to.find('.');
+      gifts.push_back({to.substr(0, dot), dot == std::string::npos ? "" : to.substr(dot + 1),
+                       names_in(std::string_view(s).substr(sign + 4))});
+    }
+  for (bool again = true; again;) {
+    again = false;
+    for (auto it = open.begin(); it != open.end();) {
+      std::vector<const TargetGift*> parts;
+      bool has_value = false;
+      for (const TargetGift& g : gifts) {
+        if (g.to != it->first) continue;
+        const bool is_known = std::none_of(g.from.begin(), g.from.end(), [&](const std::string& n) {
+          return open.contains(n) && (g.part.empty() || n != g.to);
+        });
+        if (!is_known) continue;
+        if (g.part.empty()) has_value = true;
+        else parts.push_back(&g);
+      }
+      has_value = has_value || are_all(it->second, parts, learned_.axes);
+      again = again || has_value;
+      it = has_value ? open.erase(it) : std::next(it);
+    }
+  }
+  for (const auto& [line, names] : moves)
+    for (const std::string& name : names) {
+      const auto it = open.find(name);
+      if (it == open.end()) continue;
+      open.erase(it);
+      const std::string missing = lower(name) + " has no value";
+      if (std::any_of(faults_.begin(), faults_.end(),
+                      [&](const Fault& f) { return lower(f.message).starts_with(missing); }))
+        continue;
+      const bool is_in_parts = std::any_of(gifts.begin(), gifts.end(), [&](const TargetGift& g) {
+        return g.to == name && !g.part.empty();
+      });
+      fail(
+          line->at,
+          name + (is_in_parts
+                      ? " gets only some of its components in the program; the others are zero here"
+                      : " has no value in the program; it is zero here"),
+          "Give it its value in the program, or read the file that stores it.");
+    }
+}
+
+}  // namespace robomosp::readers
