@@ -74,14 +74,19 @@ void Reader::check_targets() {
   if (unvalued_targets_.empty()) return;
   std::map<std::string, K> open;  // without a value yet
   for (const auto& [name, kind] : unvalued_targets_) open.emplace(name, kind);
-  std::vector<const std::vector<Line>*> bodies{&main_.body};
+  // Bodies with the names of their routine's head: its parameters are other variables.
+  std::vector<std::pair<const std::vector<Line>*, std::set<std::string>>> bodies;
+  bodies.emplace_back(&main_.body, std::set<std::string>{});
+  std::set<std::string> givers = routine_names_;  // routines that may give an argument a value
   for (const Routine& r : routines_) {
-    bodies.push_back(&r.body);
-    for (const std::string& name : names_in(r.head)) open.erase(name);  // a parameter
+    std::set<std::string> head = names_in(r.head);
+    if (!head.contains("OUT") && !head.contains("INOUT"))
+      for (const std::string& name : head) givers.erase(name);
+    bodies.emplace_back(&r.body, std::move(head));
   }
   std::vector<TargetGift> gifts;
   std::vector<std::pair<const Line*, std::set<std::string>>> moves;
-  for (const std::vector<Line>* body : bodies)
+  for (const auto& [body, head] : bodies)
     for (const Line& l : *body) {
       // Without the marks of settings and the blanks before.
       std::string s;
@@ -92,20 +97,23 @@ void Reader::check_targets() {
       }
       if (s.starts_with("MOVE ") || s.starts_with("MOVE_INC ")) {
         const std::size_t end = std::min({s.find(" TOOL := "), s.find(" FRAME := "), s.size()});
-        moves.emplace_back(&l, names_in(std::string_view(s).substr(0, end)));
+        std::set<std::string> names = names_in(std::string_view(s).substr(0, end));
+        std::erase_if(names, [&head](const std::string& n) { return head.contains(n); });
+        moves.emplace_back(&l, std::move(names));
         continue;
       }
       const std::size_t begin = std::min(s.find_first_of("(;{: "), s.size());
       const std::size_t sign = s.find(" := ");
       std::set<std::string> from = names_in(s);
-      const bool is_call = std::any_of(from.begin(), from.end(), [&](const std::string& name) {
-        return routine_names_.contains(name);
-      });
+      std::erase_if(from, [&head](const std::string& n) { return head.contains(n); });
+      const bool is_call = std::any_of(
+          from.begin(), from.end(), [&](const std::string& name) { return givers.contains(name); });
       const std::string to = s.substr(0, begin);
       const bool is_gift = begin == sign && !to.empty();
       for (auto it = open.begin(); it != open.end();) {
-        const bool is_here =
-            s.starts_with('{') ? s.find(it->first) != std::string::npos : from.contains(it->first);
+        const bool is_here = std::any_of(from.begin(), from.end(), [&](const std::string& n) {
+          return s.starts_with('{') ? lower(n) == lower(it->first) : n == it->first;
+        });
         // A call may give it a value; a statement that is not read has its own error.
         const bool is_lost =
             s.starts_with("{ not read") || is_call || (!is_gift && !s.starts_with('{'));
@@ -114,8 +122,8 @@ void Reader::check_targets() {
                                   s.starts_with("UNTIL ") || s.starts_with("WRITE");
         it = is_here && is_lost && !(is_condition && !is_call) ? open.erase(it) : std::next(it);
       }
-      if (!is_gift) continue;
       const std::size_t dot = to.find('.');
+      if (!is_gift || head.contains(to.substr(0, dot))) continue;
       gifts.push_back({to.substr(0, dot), dot == std::string::npos ? "" : to.substr(dot + 1),
                        names_in(std::string_view(s).substr(sign + 4))});
     }
