@@ -74,6 +74,11 @@ void Reader::check_targets() {
   if (unvalued_targets_.empty()) return;
   std::map<std::string, K> open;  // without a value yet
   for (const auto& [name, kind] : unvalued_targets_) open.emplace(name, kind);
+  // What a reader reported itself: also places computed from it need no second error.
+  for (const Fault& f : faults_)
+    if (f.severity == RMP_FAULT_ERROR)
+      std::erase_if(
+          open, [&f](const auto& o) { return lower(f.message).starts_with(lower(o.first) + " "); });
   // Bodies with the names of their routine's head: its parameters are other variables.
   std::vector<std::pair<const std::vector<Line>*, std::set<std::string>>> bodies;
   bodies.emplace_back(&main_.body, std::set<std::string>{});
@@ -151,10 +156,6 @@ void Reader::check_targets() {
       const auto it = open.find(name);
       if (it == open.end()) continue;
       open.erase(it);
-      const std::string missing = lower(name) + " has no value";
-      if (std::any_of(faults_.begin(), faults_.end(),
-                      [&](const Fault& f) { return lower(f.message).starts_with(missing); }))
-        continue;
       const bool is_in_parts = std::any_of(gifts.begin(), gifts.end(), [&](const TargetGift& g) {
         return g.to == name && !g.part.empty();
       });
