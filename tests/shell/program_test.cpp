@@ -18,6 +18,8 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -853,14 +855,17 @@ TEST(Console, ErasesTheProgressBeforeWhateverFollows) {
   t.type("arm = robot 'twolink'\n");
   ASSERT_TRUE(t.expect("\r\n> ")) << t.seen;
   const std::string erased = "inverse kinematics\x1b[K\r\x1b[K";
-  t.type("arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}.q\n");
-  ASSERT_TRUE(t.expect(erased + "{0.3, 0.4} rad")) << t.seen;
-  t.type("print('q', arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}.q)\n");
-  ASSERT_TRUE(t.expect(erased + "q")) << t.seen;
-  t.type("s = arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}\n");
-  ASSERT_TRUE(t.expect(erased + "> ")) << t.seen;
-  t.type("arm:solve_ik{target = pose(9, 0, 0)}\n");
-  ASSERT_TRUE(t.expect(erased + "error: ")) << t.seen;
+  const std::string solve = "arm:solve_ik{target = arm:fk{q = {0.3, 0.4}}.pose}";
+  for (const auto& [line, shown] : std::initializer_list<std::pair<std::string, std::string>>{
+           {solve + ".q", "{0.3, 0.4} rad"},
+           {"print('q', " + solve + ".q)", "q"},
+           {"s = " + solve, "> "},
+           {"arm:solve_ik{target = pose(9, 0, 0)}", "error: "}}) {
+    // Progress is shown ten times a second at most.
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    t.type(line + "\n");
+    ASSERT_TRUE(t.expect(erased + shown)) << t.seen;
+  }
 }
 
 TEST(Console, CtrlCStopsAnEndlessLoopEvenInsidePcallAndKeepsTheProgram) {
