@@ -31,21 +31,26 @@ class FaultSets {
     static FaultSets sets;
     return sets;
   }
-  void keep(Error& e, std::vector<Fault> faults) {
-    auto set = std::make_shared<const std::vector<Fault>>(std::move(faults));
-    std::vector<Set> old;  // destroyed without the lock
+  struct Kept {
+    std::vector<Fault> faults;
+    /// Error::where when the faults were made, which theirs have already.
+    std::string where;
+  };
+  void keep(Error& e, std::vector<Fault> faults, std::string where) {
+    auto kept = std::make_shared<const Kept>(Kept{std::move(faults), std::move(where)});
+    std::vector<std::shared_ptr<const Kept>> old;  // destroyed without the lock
     const std::lock_guard lock(mutex_);
     std::uint32_t number = 0;
     do {
       // Numbers that no padding is likely to hold, each once in 2^32.
       number = ++count_ * 2654435769U;
     } while (number == 0 || by_number_.contains(number));
-    faults_ += set->size();
-    by_number_.emplace(number, std::move(set));
+    faults_ += kept->faults.size();
+    by_number_.emplace(number, std::move(kept));
     order_.push_back(number);
     while (faults_ > kMostKept && order_.size() > 1) {
       const auto oldest = by_number_.find(order_.front());
-      faults_ -= oldest->second->size();
+      faults_ -= oldest->second->faults.size();
       old.push_back(std::move(oldest->second));
       by_number_.erase(oldest);
       order_.pop_front();
@@ -56,14 +61,21 @@ class FaultSets {
     if (e.fault_set == 0) return nullptr;
     const std::lock_guard lock(mutex_);
     const auto at = by_number_.find(e.fault_set);
-    return at == by_number_.end() ? nullptr : at->second;
+    return at == by_number_.end() ? nullptr : Set(at->second, &at->second->faults);
+  }
+  /// Kept::where of an error's faults.
+  std::string where_of(const Error& e) {
+    if (e.fault_set == 0) return {};
+    const std::lock_guard lock(mutex_);
+    const auto at = by_number_.find(e.fault_set);
+    return at == by_number_.end() ? std::string() : at->second->where;
   }
 
  private:
   static constexpr std::size_t kMostKept = 20'000;  ///< faults, about 20 MB
   std::mutex mutex_;
   std::uint32_t count_ = 0;  // guarded by mutex_, as all below
-  std::unordered_map<std::uint32_t, Set> by_number_;
+  std::unordered_map<std::uint32_t, std::shared_ptr<const Kept>> by_number_;
   std::deque<std::uint32_t> order_;
   std::size_t faults_ = 0;
 };
@@ -121,6 +133,14 @@ Fault from_text(const Error& e) {
 /// `outer, inner`, each of which may be empty.
 std::string joined_places(const std::string& outer, const std::string& inner) {
   return outer.empty() ? inner : inner.empty() ? outer : outer + ", " + inner;
+}
+
+/// The context that was added to an error since its faults were made.
+std::string outer_place(const Error& e, const std::string& own) {
+  if (own.empty() || !e.where.ends_with(own)) return e.where;
+  std::string outer = e.where.substr(0, e.where.size() - own.size());
+  if (outer.ends_with(", ")) outer.resize(outer.size() - 2);
+  return outer;
 }
 
 bool equal_faults(const Fault& a, const Fault& b, int depth) {
@@ -474,7 +494,8 @@ std::vector<Fault> faults_of(const Error& e) {
     f.hint = e.hint;
     return out;
   }
-  for (Fault& f : out) f.where = joined_places(e.where, f.where);
+  const std::string outer = outer_place(e, FaultSets::all().where_of(e));
+  for (Fault& f : out) f.where = joined_places(outer, f.where);
   return out;
 }
 
@@ -501,7 +522,7 @@ Error error_of(std::vector<Fault> faults) {
                      sentence_of(f.where, f.message, is_repeated ? std::string() : f.hint);
     }
   }
-  FaultSets::all().keep(all, std::move(faults));
+  FaultSets::all().keep(all, std::move(faults), {});
   return all;
 }
 
@@ -509,16 +530,17 @@ void amend(Error& e, const std::function<void(Fault&)>& amend) {
   const auto kept = kept_faults(e);
   std::vector<Fault> faults = kept && !kept->empty() ? *kept : std::vector<Fault>{from_text(e)};
   for (Fault& f : faults) amend(f);
-  FaultSets::all().keep(e, std::move(faults));
+  FaultSets::all().keep(e, std::move(faults), FaultSets::all().where_of(e));
 }
 
 void edit_texts(Error& e, const TextEdit& edit) {
-  for (std::string* text : {&e.message, &e.where, &e.hint}) *text = edit(std::move(*text));
   const auto kept = kept_faults(e);
+  std::string where = edit(FaultSets::all().where_of(e));
+  for (std::string* text : {&e.message, &e.where, &e.hint}) *text = edit(std::move(*text));
   if (!kept) return;
   std::vector<Fault> faults = *kept;
   for (Fault& f : faults) edit_fault(f, edit, 0);
-  FaultSets::all().keep(e, std::move(faults));
+  FaultSets::all().keep(e, std::move(faults), std::move(where));
 }
 
 Map fault_map(const Fault& f) { return map_of(f, 0); }
@@ -541,13 +563,8 @@ void adopt_faults(Error& e, const Value& v) {
       if (out.size() >= kMostRead) break;
       if (auto f = fault_from(each)) out.push_back(std::move(*f));
     }
-  // They were written with the outer context, which faults_of() adds again.
-  if (out.size() > 1 && !e.where.empty())
-    for (Fault& f : out) {
-      if (f.where == e.where) f.where.clear();
-      else if (f.where.starts_with(e.where + ", ")) f.where.erase(0, e.where.size() + 2);
-    }
-  if (!out.empty()) FaultSets::all().keep(e, std::move(out));
+  // They were written with the context that the error has now.
+  if (!out.empty()) FaultSets::all().keep(e, std::move(out), e.where);
 }
 
 FaultCodes::FaultCodes(std::initializer_list<FaultCode> rows) {

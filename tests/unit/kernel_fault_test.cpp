@@ -117,6 +117,21 @@ TEST(Fault, OuterContextComesBeforeEachFault) {
   EXPECT_EQ(sentence(faults_of(two).at(1)), "a: never.");
 }
 
+TEST(Fault, FaultsThatAreGivenToAnErrorKeepTheirPlaces) {
+  Error e = error(ErrorCode::syntax, "first", {}, "program \"p\", p.irl:1:1");
+  List list;
+  for (const char* place : {"program \"p\", p.irl:1:1", "program \"p\", p.irl:2:1"})
+    list.emplace_back(fault_map(make_fault("error.syntax", "first", {}, place)));
+  adopt_faults(e, Value(list));
+  EXPECT_EQ(faults_of(e).at(1).where, "program \"p\", p.irl:2:1");
+  amend(e, [](Fault& f) { f.subject.command = "program.run"; });
+  e = std::move(e).in("program.run");
+  EXPECT_EQ(faults_of(e).at(0).where, "program.run, program \"p\", p.irl:1:1");
+  EXPECT_EQ(faults_of(e).at(1).where, "program.run, program \"p\", p.irl:2:1");
+  EXPECT_EQ(faults_of(e).at(1).subject.command, "program.run");
+  EXPECT_EQ(e.sentence(), "program.run, program \"p\", p.irl:1:1: first.");
+}
+
 TEST(Fault, TextsAreEditedEverywhere) {
   Fault f = full_fault();
   f.message = "secret/a";
