@@ -135,6 +135,36 @@ void offer_name(Fault& fault, const Schema& schema, const Map& given, const Reso
   fault.remedies.push_back(std::move(r));
 }
 
+/// The same number with a unit of the argument's dimension: that nearest to the one given, or the
+/// usual one.
+void offer_unit(Fault& fault, const ParamSpec& spec, const Map& given, const ResolveRef& resolve) {
+  const Value* v = given.find(spec.name);
+  const auto at = v ? indices_of(fault.subject.argument, spec.name) : std::nullopt;
+  if (!at) return;
+  const Value* element = v;
+  for (const std::size_t i : *at) {
+    const List* list = element->as_list();
+    if (!list || i >= list->size()) return;
+    element = &(*list)[i];
+  }
+  const std::string* text = element->as_string();
+  if (!text) return;
+  const std::string_view all = text::trim(*text);
+  const std::string_view number =
+      text::trim(all.substr(0, std::min(all.find_first_not_of("0123456789.+-eE"), all.size())));
+  if (!text::read_real(number)) return;
+  const std::string_view wrong = text::trim(all.substr(number.size()));
+  const std::string si = unit_of(spec);
+  std::vector<std::string> fitting;
+  for (const char* unit : {"mm", "cm", "m", "deg", "rad", "s", "ms", "min", "kg", "g", "N", "N m",
+                           "m/s", "mm/s", "rad/s", "deg/s", "m/s^2", "rad/s^2"})
+    if (units::read_quantity("1 " + std::string(unit), si).ok()) fitting.emplace_back(unit);
+  std::string unit = text::nearest(wrong, fitting).value_or(std::string(shown_unit_of(si)));
+  if (unit.empty()) unit = si;
+  const std::string mended = std::string(number) + (unit.empty() || unit == "1" ? "" : " " + unit);
+  if (mended != all) offer(fault, spec, given, Value(mended), resolve);
+}
+
 }  // namespace
 
 Error argument_error(std::string_view code, std::string_view path, std::string message,
@@ -190,6 +220,7 @@ void add_remedies(Fault& fault, const Schema& schema, const Map& given, const Re
       offer(fault, *spec, given, Value(limit), resolve);
     }
   }
+  if (fault.code == "argument.wrong_unit") offer_unit(fault, *spec, given, resolve);
   if (fault.code == "argument.not_a_choice" && v && v->as_string()) {
     std::vector<std::string> words = spec->choices;
     if (words.empty())
