@@ -9,6 +9,7 @@
 #include <exception>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <span>
@@ -28,6 +29,7 @@
 #include "kernel/interface_file.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_entry.h"
+#include "kernel/plugin_faults.h"
 #include "kernel/plugin_opening.h"
 #include "kernel/plugin_run.h"
 #include "kernel/process.h"
@@ -231,8 +233,59 @@ const void* extension_for_plugin(const char* id) {
 const rmp_host kHost = {sizeof(rmp_host),   RMP_SDK_VERSION,  &log_from_plugin,     &run_for_plugin,
                         &create_for_plugin, &list_for_plugin, &extension_for_plugin};
 
-Error refused(std::string message, std::string hint) {
-  return error(ErrorCode::plugin_refused, std::move(message), std::move(hint));
+const FaultCodes kPluginCodes{
+    {"plugin.not_found", ErrorCode::not_found, "There is no plugin file of that name."},
+    {"plugin.cannot_open", ErrorCode::plugin_refused, "A plugin file cannot be opened."},
+    {"plugin.refused", ErrorCode::plugin_refused,
+     "A plugin file was opened and rejected, or ended the process that tried it."},
+    {"plugin.left_out", ErrorCode::plugin_refused,
+     "A provider or command of a plugin was left out."},
+    {"provider.failed", ErrorCode::plugin_failed, "A plugin cannot make one of its providers."},
+};
+
+Error refused(std::string message, std::string hint, const char* code = "plugin.refused") {
+  return error_of(make_fault(code, std::move(message), std::move(hint)));
+}
+
+/// Faults of remarks, by file and text. Reports of plugins hold text only.
+struct KnownRemarks {
+  std::mutex mutex;
+  std::map<std::pair<std::string, std::string>, Fault> by_remark;  // guarded by mutex
+};
+KnownRemarks& known_remarks() {
+  static KnownRemarks all;
+  return all;
+}
+
+/// The subject of `f` may name a provider.
+void note_left_out(const fs::path& file, const std::string& remark, Fault f) {
+  f.severity = Severity::warning;
+  f.subject.file = file.string();
+  KnownRemarks& all = known_remarks();
+  const std::lock_guard lock(all.mutex);
+  all.by_remark.insert_or_assign({file.string(), remark}, std::move(f));
+}
+
+Fault remark_fault(const fs::path& file, const std::string& remark) {
+  KnownRemarks& all = known_remarks();
+  const std::lock_guard lock(all.mutex);
+  if (const auto at = all.by_remark.find({file.string(), remark}); at != all.by_remark.end())
+    return at->second;
+  std::string message = remark;
+  if (message.ends_with('.')) message.pop_back();
+  Fault f =
+      make_fault("plugin.left_out", std::move(message), {}, "plugin " + text::quote(file.string()));
+  f.severity = Severity::warning;
+  f.subject.file = file.string();
+  return f;
+}
+
+/// The refusal of a file, which all its faults name.
+void name_file(Error& e, const fs::path& file) {
+  amend(e, [&](Fault& f) {
+    if (f.code == "error.plugin_refused") f.code = "plugin.refused";
+    if (f.subject.file.empty()) f.subject.file = file.string();
+  });
 }
 
 std::string demangled(const std::string& symbol) {
@@ -258,7 +311,8 @@ Error cannot_open(const fs::path& file, std::string reason) {
   }
   // The where names the file already.
   if (reason.starts_with(own + ": ")) reason.erase(0, own.size() + 2);
-  return refused("the dynamic linker cannot open it (" + reason + ")", std::move(hint));
+  return refused("the dynamic linker cannot open it (" + reason + ")", std::move(hint),
+                 "plugin.cannot_open");
 }
 
 /// Refusals 3 and 4: no entry, or only one of a newer SDK.
@@ -407,6 +461,11 @@ void register_provider(Registry& registry, std::uint32_t index, const Row& row,
     const char last = why.back();
     report.remarks.push_back(which + " is skipped: " + why +
                              (last == '.' || last == '?' ? "" : "."));
+    Fault f = make_fault("plugin.left_out", which + " is skipped: " + why, {},
+                         "plugin " + text::quote(report.file.string()));
+    f.subject.provider = row.name;
+    f.subject.interface_id = row.interface_id;
+    note_left_out(report.file, report.remarks.back(), std::move(f));
   };
   if (row.name.empty()) return skip("it has no name");
   if (row.interface_id.empty()) return skip("it names no interface");
@@ -635,8 +694,11 @@ Result<void*> make_provider(const rmp_provider& row, const rmp_host* host,
   if (made) return adapted(row.interface_id, made);
   reason.back() = '\0';
   const std::string why = reason[0] ? std::string(": ") + reason.data() : " and gave no reason";
-  return error(ErrorCode::plugin_failed, "provider \"" + label + "\" could not be made" + why,
-               "Choose another provider or see the documentation of this one.");
+  Fault f = make_fault("provider.failed", "provider \"" + label + "\" could not be made" + why,
+                       "Choose another provider or see the documentation of this one.");
+  f.subject.provider = row.name ? row.name : "";
+  f.subject.interface_id = row.interface_id ? row.interface_id : "";
+  return error_of(std::move(f));
 }
 
 fs::path executable_folder() {
@@ -697,15 +759,16 @@ const PluginReport& PluginLoader::not_found(std::string_view name,
   PluginReport report;
   report.file = name;
   if (looked_in.empty()) {
-    report.refusal = error(ErrorCode::not_found, "there is no plugin file " + text::quote(name),
-                           "Check the path, or give the plugin's name to look it up.");
+    report.refusal =
+        refused("there is no plugin file " + text::quote(name),
+                "Check the path, or give the plugin's name to look it up.", "plugin.not_found");
   } else {
     std::vector<std::string> folders;
     for (const fs::path& folder : looked_in) folders.push_back(text::quote(folder.string()));
-    report.refusal =
-        error(ErrorCode::not_found,
-              "there is no plugin " + text::quote(name) + "; looked in " + text::enumerate(folders),
-              "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.");
+    report.refusal = refused(
+        "there is no plugin " + text::quote(name) + "; looked in " + text::enumerate(folders),
+        "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.",
+        "plugin.not_found");
   }
   return keep(std::move(report));
 }
@@ -717,9 +780,10 @@ Result<void> PluginLoader::admit(const fs::path& file, bool is_asked) {
 
 Result<void> PluginLoader::try_out(const fs::path& file) {
   auto admitted = admit(resolved(file), true);
-  if (!admitted.ok())
-    return std::move(admitted).in("plugin " + text::quote(resolved(file).string())).error();
-  return {};
+  if (admitted.ok()) return {};
+  Error e = std::move(admitted).in("plugin " + text::quote(resolved(file).string())).error();
+  name_file(e, resolved(file));
+  return e;
 }
 
 void PluginLoader::remember_failures(const fs::path& state) {
@@ -765,25 +829,31 @@ const PluginReport& PluginLoader::load_resolved(const fs::path& found, bool is_a
     report = {};
     loaded = open(*before, report);
   }
-  if (!loaded.ok())
+  if (!loaded.ok()) {
     report.refusal = std::move(loaded).error().in("plugin " + text::quote(file.string()));
+    name_file(*report.refusal, file);
+  }
   return keep(std::move(report));
 }
 
 const PluginReport& PluginLoader::keep(PluginReport report) {
   if (messages_) {
-    if (report.refusal)
-      messages_->post(Severity::warning, to_string(report.refusal->code),
-                      report.refusal->sentence(), "plugin_loader");
-    for (const std::string& remark : report.remarks)
-      messages_->post(Severity::warning, "provider_skipped",
-                      "plugin " + text::quote(report.file.string()) + ": " + remark,
-                      "plugin_loader");
+    for (Fault& f : plugin_faults(report)) {
+      f.severity = Severity::warning;
+      messages_->post(f, "plugin_loader");
+    }
   }
   // One report a file: a second try replaces the first.
   std::erase_if(reports_, [&](const PluginReport& r) { return r.file == report.file; });
   reports_.push_back(std::move(report));
   return reports_.back();
+}
+
+std::vector<Fault> plugin_faults(const PluginReport& report) {
+  if (report.refusal) return faults_of(*report.refusal);
+  std::vector<Fault> out;
+  for (const std::string& remark : report.remarks) out.push_back(remark_fault(report.file, remark));
+  return out;
 }
 
 std::shared_ptr<void> mark_opening(const fs::path& file) {
@@ -794,9 +864,7 @@ std::shared_ptr<void> mark_opening(const fs::path& file) {
 void PluginLoader::remark(const fs::path& file, const std::string& sentence) {
   for (PluginReport& report : reports_)
     if (report.file == file) report.remarks.push_back(sentence);
-  if (messages_)
-    messages_->post(Severity::warning, "command_skipped",
-                    "plugin " + text::quote(file.string()) + ": " + sentence, "plugin_loader");
+  if (messages_) messages_->post(remark_fault(file, sentence), "plugin_loader");
 }
 
 void PluginLoader::load_all() {

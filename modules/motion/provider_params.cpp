@@ -4,7 +4,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "kernel/fault.h"
+
 namespace robomosp::motion {
+namespace {
+
+const FaultCodes kParameterCodes{{"provider.parameter", ErrorCode::invalid_argument,
+                                  "A provider refuses the name or value of a parameter."}};
+
+}  // namespace
 
 Value value_of(const model::ProviderChoice::Param& p) {
   return std::visit(
@@ -29,7 +37,18 @@ const ParamSpec* find_parameter(const ProviderInfo& provider, std::string_view n
 Result<std::unique_ptr<Params>> checked_values(const ProviderInfo& provider, const Map& given,
                                                std::string_view where) {
   auto checked = check(provider.schema, given);
-  if (!checked.ok()) return std::move(checked).error().in(where);
+  if (!checked.ok()) {
+    Error e = std::move(checked).error().in(where);
+    amend(e, [&](Fault& f) {
+      f.cause = std::make_shared<const Fault>(f);
+      f.code = "provider.parameter";
+      f.subject = {};
+      f.subject.provider = provider.name;
+      f.subject.interface_id = provider.interface_id;
+      f.remedies.clear();
+    });
+    return e;
+  }
   return make_params(std::move(checked).value());
 }
 

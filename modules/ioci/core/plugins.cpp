@@ -9,6 +9,7 @@
 #include "ioci/core/word_list.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/permit.h"
+#include "kernel/plugin_faults.h"
 #include "kernel/plugin_run.h"
 #include "kernel/type.h"
 #include "kernel/type_forms.h"
@@ -31,6 +32,9 @@ Map report_map(const PluginReport& r) {
         {"providers", std::move(providers)},
         {"remarks", std::move(remarks)}};
   if (r.refusal) m.set("refusal", r.refusal->sentence());
+  List faults;
+  for (const Fault& f : plugin_faults(r)) faults.emplace_back(fault_map(f));
+  m.set("faults", std::move(faults));
   const auto apart = r.loaded ? PluginRuns::of_program().process(r.file) : nullptr;
   const PluginRun run = r.loaded ? PluginRuns::of_program().present(r.file) : PluginRun{};
   m.set("run_in_process", apart == nullptr || !run.only.empty());
@@ -289,6 +293,7 @@ RMP_COMMANDS(plugin_commands) {
       field("providers", "list", "", "Its providers, such as \"robomosp.ik/1 numeric\"."),
       field("remarks", "list", "", "Providers and commands left out, with the reason."),
       field("refusal", "string", "", "Why it was rejected."),
+      field("faults", "list<type:fault>", "", "The refusal, or the remarks, as faults."),
       field("run_in_process", "bool", "",
             "Whether its code runs in this program; false: only in a separate process."),
       field("apart", "list", "", "Providers that run in that process, if not all of them."),
