@@ -465,7 +465,9 @@ class Application::Call {
   [[nodiscard]] Error completed(Error e) const {
     const bool joins = ctx_.transaction_ && !transaction_;
     const document::SnapshotPtr kept = joins ? nullptr : records();
-    complete_faults(e, {app_, kept ? *kept : ctx_.snapshot(), spec_, args_});
+    const bool may_try = is_own_thread_ && !joins && !place_.draft && place_.gesture == 0;
+    complete_faults(
+        e, {app_, may_try ? &session_ : nullptr, kept ? *kept : ctx_.snapshot(), spec_, args_});
     return e;
   }
   /// Whether finish() refused, because others changed what it had looked at.
@@ -773,7 +775,8 @@ Result<Value> Application::Call::settle(Result<Value> result) {
       if (place_.draft && !commit->changed.empty())
         app_.kept<Drafts>().tell_edited(place_.number, *place_.draft, *commit);
     }
-    if (all_ != Effects(Effect::reads))
+    if (all_ != Effects(Effect::reads) &&
+        !(place_.draft && app_.kept<Drafts>().is_hidden(place_.number)))
       app_.messages.post(Severity::info, "audit", command_line(app_, spec_, args_),
                          session_.name());
     return result;

@@ -10,7 +10,8 @@
 namespace robomosp::ioci {
 
 struct FailedCall {
-  const Application& app;
+  Application& app;
+  Session* session;  ///< remedies may be tried for it; null = they are offered untried
   const document::Snapshot& records;  ///< that stay, without what the call wanted to edit
   const CommandSpec& spec;
   const Map& given;  ///< its arguments
