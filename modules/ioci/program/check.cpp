@@ -13,10 +13,12 @@
 #include "ioci/program/check_program.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/post_profile.h"
+#include "ioci/program/program_faults.h"
 #include "ioci/program/rows.h"
 #include "ioci/program/source_text.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
+#include "ioci/world/pair_remedy.h"
 #include "kernel/fault.h"
 #include "model/controller.h"
 #include "model/program_kinds.h"
@@ -162,6 +164,9 @@ Look look_of(const Fault& f) {
 bool is_drawn(const Fault& f) {
   return f.severity != program_check::Severity::note && f.motion != kNone;
 }
+
+robomosp::Fault run_fault(const CommandContext&, AnyId program, const CheckedProgram&,
+                          const Fault&);
 
 constexpr std::size_t kMostNames = 16;  ///< of places in a picture
 
@@ -433,12 +438,7 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   for (const Fault& f : found.faults) {
     if (faults.size() >= most) break;
     Map row = fault_row(c, f);
-    Map& fault = *row.find("fault")->as_map();
-    fault.find("subject")->as_map()->set("record", Application::handle(ref(args, "id")));
-    // A world that was made for the check is gone after it.
-    if (Map* witness = fault.find("witness") ? fault.find("witness")->as_map() : nullptr;
-        witness && ctx.snapshot().find(c.world))
-      witness->set("scene", Application::handle(c.world));
+    row.set("fault", fault_map(run_fault(ctx, ref(args, "id"), c, f)));
     faults.emplace_back(std::move(row));
   }
   if (found.faults.size() > most)
@@ -576,15 +576,53 @@ const FaultCodes kProgramCodes{
     {"program.ignored", ErrorCode::unsupported, "An attribute is not carried out."},
 };
 
+/// The joints of a robot at a time of the run.
+std::vector<double> joints_at(const recording::Recording& r, const std::string& robot,
+                              double time) {
+  std::vector<double> q;
+  if (r.rows() == 0 || robot.empty()) return q;
+  const std::vector<double>& times = r.columns.front().values;
+  const auto at =
+      std::min(static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time - 1e-9) -
+                                        times.begin()),
+               times.size() - 1);
+  for (std::size_t j = 1;; ++j) {
+    const recording::Column* column = r.find(robot + ".q" + std::to_string(j));
+    if (!column) return q;
+    q.push_back(column->values[at]);
+  }
+}
+
+/// What mends a fault by other arguments of the check, or by a rule of the world.
+void offer_remedies(robomosp::Fault& out, const Fault& f, const Handle& world) {
+  FaultRemedy r;
+  if (f.kind == FaultKind::clearance && f.has_values && f.value > 0) {
+    // Of the places of one line the fault has the least distance.
+    const double bound = std::floor(f.value * 1e4) / 1e4;
+    r.label = "Accept a clearance of " + print_rounded(bound, 4) + " m";
+    r.args.set("clearance", bound);
+    r.command = "program.check_run";
+    r.repeats = r.is_tried = true;
+    out.remedies.push_back(std::move(r));
+  } else if (f.kind == FaultKind::contact && world.number != 0 && !f.a.empty()) {
+    out.remedies.push_back(allow_pair_remedy(world, f.a, f.b));
+  }
+}
+
 /// A fault of a run as data: its line, its time, and what of the robot shows it.
-robomosp::Fault run_fault(const CheckedProgram& c, const Fault& f) {
+robomosp::Fault run_fault(const CommandContext& ctx, AnyId program, const CheckedProgram& c,
+                          const Fault& f) {
   const rmp_code& code = c.code->code();
   robomosp::Fault out = make_fault("program." + std::string(program_check::to_string(f.kind)),
                                    f.message, f.hint, where_of(code, f.place.span));
+  const model::Record& record = *ctx.snapshot().find(program);
+  out.subject.record = Application::handle(program);
+  out.subject.path = line_path(std::get<model::OtherContent>(record.body).as<model::Program>(),
+                               file_name(code, f.place.span.file), f.place.span.line);
   out.severity = f.severity == program_check::Severity::error     ? Severity::error
                  : f.severity == program_check::Severity::warning ? Severity::warning
                                                                   : Severity::info;
-  out.subject.name = c.name;
+  out.subject.name = record.name;
   out.subject.file = file_name(code, f.place.span.file);
   out.subject.line = out.subject.end_line = f.place.span.line;
   out.subject.column = f.place.span.column;
@@ -594,7 +632,10 @@ robomosp::Fault run_fault(const CheckedProgram& c, const Fault& f) {
   out.extent.at = f.at;
   if (f.motion != kNone) out.extent.motion = f.motion + 1;
   FaultWitness& w = out.witness;
+  // A world that was made for the check is gone after it.
+  const Handle world = ctx.snapshot().find(c.world) ? Application::handle(c.world) : Handle{};
   w.robot = f.robot;
+  if (world.number != 0) w.q = joints_at(*c.check.recording, f.robot, f.at);
   if (f.joint >= 0) {
     FaultJoint joint;
     joint.number = static_cast<std::size_t>(f.joint) + 1;
@@ -612,6 +653,8 @@ robomosp::Fault run_fault(const CheckedProgram& c, const Fault& f) {
     if (std::isfinite(f.excess)) w.excess = f.excess;
     w.unit = f.unit;
   }
+  if (!w.is_empty()) w.scene = world;
+  offer_remedies(out, f, world);
   return out;
 }
 
@@ -654,7 +697,6 @@ Map fault_row(const CheckedProgram& c, const Fault& f) {
     row.set("signals", Value(std::move(names)));
   }
   if (f.has_position) row.set("position", vec_value(f.position, "m"));
-  row.set("fault", fault_map(run_fault(c, f)));
   return row;
 }
 
@@ -848,7 +890,7 @@ RMP_COMMANDS(program_check_commands) {
              "timeout, grip, until, program, ignored); file, line, column; message and hint; "
              "process, calls (innermost first), run (how often its line had started), times; time, "
              "from and to [s]; robot, joint, value, limit, excess and unit; bodies a and b; "
-             "signals; position [m]; text, a sentence with all of this."),
+             "signals; position [m]; text, a sentence with all of this; fault."),
        field("cycle_time", "map", "",
              "total, moving, waiting [s]; complete; slowed, motions slowed by the controller's "
              "speed limits; lines, one table each: file, line, motions, duration."),

@@ -46,7 +46,7 @@ Result<CheckedProgram> check_program(CommandContext&, const Map& args,
                                      const InItsPlace* instead = nullptr);
 /// The arguments that check_program() reads besides `id`.
 [[nodiscard]] Schema check_params();
-/// A fault as program.check returns it.
+/// A fault as program.check_run returns it, without its member `fault`.
 [[nodiscard]] Map fault_row(const CheckedProgram&, const program_check::Fault&);
 /// Label of a place in a picture: `line 7`, `lines 7, 12 and 18`, or for more than five `lines 7,
 /// 9, 12, 18 and 3 more`.

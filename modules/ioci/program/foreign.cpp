@@ -13,6 +13,7 @@
 #include <robomosp/sdk/reader_offers.h>
 
 #include "io/native.h"
+#include "ioci/program/program_faults.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
 #include "kernel/letters.h"
@@ -513,15 +514,22 @@ Result<Value> read(CommandContext& ctx, const Map& args) {
     files.emplace_back(Map{{"name", std::string(f.name)}, {"text", std::string(f.text)}});
   for (const ForeignFile& f : made.files) read_files.emplace_back(f.name);
   std::int64_t errors = 0, warnings = 0;
+  FaultyText in;
+  in.provider = made.reader;
+  in.interface_id = ProgramReader::kInterfaceId;
   for (const rmp_code_fault& f : made.program->faults()) {
     errors += f.severity == RMP_FAULT_ERROR;
     warnings += f.severity == RMP_FAULT_WARNING;
-    faults.emplace_back(Map{{"severity", kWords[f.severity]},
-                            {"file", made.files[f.span.file].name},
-                            {"line", static_cast<std::int64_t>(f.span.line)},
-                            {"column", static_cast<std::int64_t>(f.span.column)},
-                            {"message", std::string(f.message) + "."},
-                            {"hint", f.hint}});
+    faults.emplace_back(Map{
+        {"severity", kWords[f.severity]},
+        {"file", made.files[f.span.file].name},
+        {"line", static_cast<std::int64_t>(f.span.line)},
+        {"column", static_cast<std::int64_t>(f.span.column)},
+        {"message", std::string(f.message) + "."},
+        {"hint", f.hint},
+        {"fault", fault_map(text_fault(
+                      "program.not_read", in,
+                      {f.severity, f.span, made.files[f.span.file].name, f.message, f.hint}))}});
   }
   for (const ReadLine& l : made.program->lines())
     lines.emplace_back(Map{{"irl_line", static_cast<std::int64_t>(l.irl_line)},
@@ -570,7 +578,7 @@ RMP_COMMANDS(foreign_program_commands) {
                    "Places that IRL cannot express and that do not affect motions and outputs."),
              field("files", "list", "", "The IRL: name, text of each file."),
              field("faults", "list", "",
-                   "One table each: severity, file, line, column, message, hint."),
+                   "One table each: severity, file, line, column, message, hint, fault."),
              field("lines", "list", "",
                    "Source of each line of the first file: irl_line, file, line.")}},
        .effect = Effect::files_read,

@@ -20,6 +20,7 @@
 #include "ioci/program/post_kinematics.h"
 #include "ioci/program/post_output.h"
 #include "ioci/program/post_profile.h"
+#include "ioci/program/program_faults.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/read_back.h"
 #include "ioci/program/source_text.h"
@@ -375,7 +376,37 @@ Result<program_post::Part> part_of(CommandContext& ctx, const Map& args, const C
   return program_post::part_of_robot(task);
 }
 
-List fault_list(const rmp_code& code, const Posted& out) {
+Fault posted_fault(const FaultyText& in, const rmp_code& code, const PostedFault& f) {
+  const bool is_error = f.severity == RMP_FAULT_ERROR;
+  return text_fault(
+      is_error ? "program.not_posted" : "program.posted_otherwise", in,
+      {f.severity, f.span,
+       f.span.file < code.files.count ? row<rmp_code_file>(code.files, f.span.file).name : "",
+       f.message, f.hint});
+}
+
+/// The source of a checked `id`, as a post sees it.
+FaultyText posted_text(const CommandContext& ctx, const Map& args, std::string target = {}) {
+  const AnyId id = ref(args, "id");
+  return {id,
+          &program_of(ctx, args),
+          name_in(ctx, id),
+          std::move(target),
+          Post::kInterfaceId,
+          ctx.snapshot().find(id)->name};
+}
+
+/// `e` with the errors of a post as its faults.
+Error with_posted(Error e, const FaultyText& in, const rmp_code& code, const Posted& out,
+                  const std::vector<FaultRemedy>& remedies = {}) {
+  std::vector<Fault> faults;
+  for (const PostedFault& f : out.faults)
+    if (f.severity == RMP_FAULT_ERROR) faults.push_back(posted_fault(in, code, f));
+  for (Fault& f : faults) f.remedies.insert(f.remedies.end(), remedies.begin(), remedies.end());
+  return with_faults(std::move(e), faults);
+}
+
+List fault_list(const FaultyText& in, const rmp_code& code, const Posted& out) {
   static constexpr const char* kWords[] = {"error", "warning", "note"};
   List all;
   for (const PostedFault& f : out.faults)
@@ -386,7 +417,8 @@ List fault_list(const rmp_code& code, const Posted& out) {
         {"line", static_cast<std::int64_t>(f.span.line)},
         {"column", static_cast<std::int64_t>(f.span.column)},
         {"message", f.message + "."},
-        {"hint", f.hint}});
+        {"hint", f.hint},
+        {"fault", fault_map(posted_fault(in, code, f))}});
   return all;
 }
 
@@ -611,6 +643,25 @@ void add_beside(const RunBeside& beside, const rmp_span& head, Posted& out) {
   }
 }
 
+/// The flattened program in place of a structured one, if that can be posted.
+std::vector<FaultRemedy> flat_instead(CommandContext& ctx, const Map& args, const Asked& asked) {
+  if (text_of(args, "form") != "structured" || (asked.post->capabilities().forms & kPostFlat) == 0)
+    return {};
+  Map flat = args;
+  flat.set("form", "flat");
+  flat.set("check", true);
+  for (const char* more : {"run_check", "picture", "plot", "watch", "folder", "source_map"})
+    flat.erase(more);
+  const auto posted = ctx.dispatch("program.post", flat);
+  if (!posted.ok() || !flag(*posted->as_map(), "correct")) return {};
+  FaultRemedy r;
+  r.label = "Post the flattened program";
+  r.args.set("form", "flat");
+  r.repeats = true;
+  r.is_tried = true;
+  return {std::move(r)};
+}
+
 Result<Value> post(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
   const rmp_code& code = made.code();
@@ -657,9 +708,11 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
     if (errors > 1)
       hint += (hint.empty() ? "" : " ") + std::string("With check = true all ") +
               std::to_string(errors) + " errors are listed.";
-    return error(ErrorCode::unsupported, first.message, hint,
-                 where + ", " + row<rmp_code_file>(code.files, first.span.file).name + ":" +
-                     std::to_string(first.span.line) + ":" + std::to_string(first.span.column));
+    return with_posted(
+        error(ErrorCode::unsupported, first.message, hint,
+              where + ", " + row<rmp_code_file>(code.files, first.span.file).name + ":" +
+                  std::to_string(first.span.line) + ":" + std::to_string(first.span.column)),
+        posted_text(ctx, args, asked.info.name), code, out, flat_instead(ctx, args, asked));
   }
   List files;
   if (flag(args, "watch") && (flag(args, "check") || !has(args, "folder")))
@@ -700,12 +753,13 @@ Result<Value> post(CommandContext& ctx, const Map& args) {
                            {"line", static_cast<std::int64_t>(l.line)},
                            {"source", row<rmp_code_file>(code.files, l.span.file).name},
                            {"source_line", static_cast<std::int64_t>(l.span.line)}});
-  List faults = fault_list(code, out);
+  List faults = fault_list(posted_text(ctx, args, asked.info.name), code, out);
   if (const Value* more = run.find("faults"))
     for (const Value& each : *more->as_list()) {
       const Map& f = *each.as_map();
       Map row;
-      for (const char* name : {"severity", "file", "line", "column", "message", "hint", "kind"})
+      for (const char* name :
+           {"severity", "file", "line", "column", "message", "hint", "kind", "fault"})
         row.set(name, *f.find(name));
       faults.emplace_back(std::move(row));
     }
@@ -729,17 +783,20 @@ Result<Value> part_of_robot(CommandContext& ctx, const Map& args) {
   for (const auto& r : part.remarks) out.fault(r.severity, r.span, r.message, r.hint);
   for (const PostedFault& f : out.faults)
     if (f.severity == RMP_FAULT_ERROR)
-      return error(ErrorCode::unsupported, f.message, f.hint,
-                   where + ", " + row<rmp_code_file>(made.code().files, f.span.file).name + ":" +
-                       std::to_string(f.span.line) + ":" + std::to_string(f.span.column));
+      return with_posted(
+          error(ErrorCode::unsupported, f.message, f.hint,
+                where + ", " + row<rmp_code_file>(made.code().files, f.span.file).name + ":" +
+                    std::to_string(f.span.line) + ":" + std::to_string(f.span.column)),
+          posted_text(ctx, args), made.code(), out);
   model::Program p = program_of(ctx, args);
   p.files.front().lines = lines_of(part.text);
+  List faults = fault_list(posted_text(ctx, args), made.code(), out);
   const std::string name = text_of(args, "name");
   model::Record r;
   r.name = name;
   r.body = model::OtherContent(program_kind(), std::move(p));
   RMP_TRY_ASSIGN(const AnyId id, ctx.edit().add(std::move(r)));
-  return Value(Map{{"program", Application::handle(id)}, {"faults", fault_list(made.code(), out)}});
+  return Value(Map{{"program", Application::handle(id)}, {"faults", std::move(faults)}});
 }
 
 Result<Value> targets(CommandContext& ctx, const Map&) {
@@ -896,7 +953,7 @@ RMP_COMMANDS(post_commands) {
                     field("correct", "bool", "", "Whether there are no errors."),
                     field("files", "list", "", "One table each: name, text or path."),
                     field("faults", "list", "",
-                          "One table each: severity, file, line, column, message, hint; of "
+                          "One table each: severity, file, line, column, message, hint, fault; of "
                           "run_check also kind."),
                     field("run", "map", "", "With run_check: the result of program.check_run."),
                     field("read_back", "map", "",
@@ -952,9 +1009,9 @@ RMP_COMMANDS(post_commands) {
                    "",
                    "",
                    {field("program", "handle", "", "The part."),
-                    field(
-                        "faults", "list", "",
-                        "Remarks, one table each: severity, file, line, column, message, hint.")}},
+                    field("faults", "list", "",
+                          "Remarks, one table each: severity, file, line, column, message, hint, "
+                          "fault.")}},
        .effect = Effect::edits,
        .run = part_of_robot});
   all.push_back(

@@ -2,17 +2,21 @@
 // Programs of robots: their source, what is wrong with it, and what a compiler makes of it.
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include <robomosp/sdk/names.h>
+#include <robomosp/sdk/program_reader.h>
 #include <robomosp/sdk/program_tables.h>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/import_faults.h"
 #include "ioci/program/compiled.h"
 #include "ioci/program/foreign.h"
 #include "ioci/program/in_world.h"
 #include "ioci/program/points.h"
+#include "ioci/program/program_faults.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
 #include "model/declare.h"
@@ -128,10 +132,17 @@ Result<Compiled> compile_whole(CommandContext& ctx, const Map& args, const Progr
   if (errors > 1)
     hint += (hint.empty() ? "" : " ") + std::string("program.check lists all ") +
             std::to_string(errors) + " errors.";
-  return error(ErrorCode::syntax, first->message, hint,
-               name_in(ctx, ref(args, "id")) + ", " +
-                   row<rmp_code_file>(c.files, first->span.file).name + ":" +
-                   std::to_string(first->span.line) + ":" + std::to_string(first->span.column));
+  const std::string where = name_in(ctx, ref(args, "id"));
+  // Positions in a text that replaces the file are not those of the record.
+  const FaultyText in = text ? FaultyText{.where = where}
+                             : FaultyText{ref(args, "id"), &program_of(ctx, args), where};
+  std::vector<Fault> faults = source_faults(in, c);
+  std::erase_if(faults, [](const Fault& f) { return f.severity != Severity::error; });
+  return with_faults(
+      error(ErrorCode::syntax, first->message, hint,
+            where + ", " + row<rmp_code_file>(c.files, first->span.file).name + ":" +
+                std::to_string(first->span.line) + ":" + std::to_string(first->span.column)),
+      faults);
 }
 
 namespace {
@@ -150,8 +161,10 @@ Result<AnyId> add_program(CommandContext& ctx, const std::string& name, Program 
 void note_fault(CommandContext& ctx, AnyId id) {
   const auto made = compile_whole(ctx, Map{{"id", Application::handle(id)}});
   if (made.ok() || made.error().code != ErrorCode::syntax) return;
-  ctx.app.messages.post(Severity::info, "program_fault",
-                        "It does not run yet: " + made.error().sentence(), "program");
+  Fault f = std::move(faults_of(made.error()).front());
+  f.severity = Severity::info;
+  f.message = "it does not run yet: " + f.message;
+  ctx.app.messages.post(f, "program");
 }
 
 Result<Value> create(CommandContext& ctx, const Map& args) {
@@ -189,6 +202,7 @@ Result<Value> import_foreign(CommandContext& ctx, const Map& args,
                              const std::filesystem::path& path, const std::string& reader) {
   RMP_TRY_ASSIGN(const Foreign made, read_foreign(ctx, path, reader, args));
   Program p;
+  std::map<std::string, std::string> stored_names;  // of the files that were read
   for (const ReadFile& f : made.program->files()) {
     std::string name(f.name);
     for (const ForeignFile& g : made.files)
@@ -203,24 +217,30 @@ Result<Value> import_foreign(CommandContext& ctx, const Map& args,
          ++n)
       file = "x" + std::to_string(n) + "_" + plain;
     p.files.push_back({file, lines_of(f.text)});
+    stored_names[f.name] = file;
   }
   const std::string name =
       has(args, "name") ? text_of(args, "name") : record_name(path.stem().string());
+  const Program stored = p;
   RMP_TRY_ASSIGN(const AnyId id, add_program(ctx, name, std::move(p)));
   constexpr std::size_t kMostTold = 20;
+  std::vector<Fault> kept;
   std::size_t errors = 0, warnings = 0, told = 0;
   for (const rmp_code_fault& f : made.program->faults()) {
     errors += f.severity == RMP_FAULT_ERROR;
     warnings += f.severity == RMP_FAULT_WARNING;
-    if (f.severity == RMP_FAULT_NOTE || told++ >= kMostTold) continue;
-    const std::string hint = f.hint;
-    ctx.app.messages.post(f.severity == RMP_FAULT_ERROR ? Severity::error : Severity::warning,
-                          "not_read",
-                          made.files[f.span.file].name + ":" + std::to_string(f.span.line) + ":" +
-                              std::to_string(f.span.column) + ": " + f.message + "." +
-                              (hint.empty() ? "" : " " + hint),
-                          "program");
+    if (f.severity == RMP_FAULT_NOTE) continue;
+    // The files that were read are in the program behind its IRL.
+    const ForeignFile& file = made.files[f.span.file];
+    FaultyText in{id, &stored, {}, made.reader, ProgramReader::kInterfaceId};
+    Fault fault = text_fault("program.not_read", in,
+                             {f.severity, f.span, stored_names[file.name], f.message, f.hint});
+    fault.where = file.name + fault.where.substr(stored_names[file.name].size());
+    kept.push_back(std::move(fault));
+    if (told++ >= kMostTold) continue;
+    ctx.app.messages.post(kept.back(), "program");
   }
+  ctx.app.kept<ImportFaults>().note(id, name, std::move(kept));
   if (told > kMostTold)
     ctx.app.messages.post(errors > 0 ? Severity::error : Severity::warning, "not_read",
                           path.filename().string() + ": " + std::to_string(errors) +
@@ -365,6 +385,12 @@ Result<Value> check_source(CommandContext& ctx, const Map& args) {
   static constexpr const char* kWords[] = {"error", "warning", "note"};
   std::int64_t errors = 0, warnings = 0;
   List faults;
+  const AnyId id = ref(args, "id");
+  const std::vector<Fault> as_data = source_faults({.record = id,
+                                                    .program = &program_of(ctx, args),
+                                                    .where = name_in(ctx, id),
+                                                    .name = ctx.snapshot().find(id)->name},
+                                                   c);
   for (std::uint32_t i = 0; i < c.faults.count; ++i) {
     const auto& f = row<rmp_code_fault>(c.faults, i);
     errors += f.severity == RMP_FAULT_ERROR;
@@ -375,7 +401,8 @@ Result<Value> check_source(CommandContext& ctx, const Map& args) {
                             {"column", static_cast<std::int64_t>(f.span.column)},
                             {"length", static_cast<std::int64_t>(f.span.end - f.span.begin)},
                             {"message", std::string(f.message) + "."},
-                            {"hint", f.hint}});
+                            {"hint", f.hint},
+                            {"fault", fault_map(as_data[i])}});
   }
   return Value(Map{{"correct", errors == 0},
                    {"errors", errors},
@@ -699,7 +726,8 @@ RMP_COMMANDS(program_commands) {
                     field("errors", "int", "", "Number of errors."),
                     field("warnings", "int", "", "Number of warnings."),
                     field("faults", "list", "",
-                          "One table each: severity, file, line, column, length, message, hint.")}},
+                          "One table each: severity, file, line, column, length, message, hint, "
+                          "fault.")}},
        .effect = Effect::reads,
        .run = check_source});
   all.push_back(
