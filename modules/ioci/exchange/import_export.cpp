@@ -17,10 +17,13 @@
 #include "evaluation/attached_tools.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/import_faults.h"
+#include "ioci/core/loaded.h"
 #include "ioci/exchange/export_pairs.h"
 #include "ioci/exchange/exported.h"
 #include "ioci/records/solid_nodes.h"
 #include "ioci/robot/inertia.h"
+#include "ioci/robot/robot_faults.h"
 #include "kernel/executor.h"
 #include "kernel/file_root.h"
 #include "kernel/fingerprint.h"
@@ -145,9 +148,35 @@ Result<Imported> read_file(CommandContext& ctx, const Map& args, Map values,
                  [&] { return chosen.provider->read(path.string(), *params, ctx.progress); });
 }
 
-void report_notes(CommandContext& ctx, const Imported& imported) {
+const FaultCodes kImportCodes{
+    {"import.note", ErrorCode::unsupported, "What an importer reports of a file that it read."},
+    {"import.left_out", ErrorCode::unsupported, "A part of a file was not imported."},
+    {"import.open_mesh", ErrorCode::unsupported,
+     "An imported mesh encloses no volume, and operations on solids refuse it."},
+    {"import.no_mass", ErrorCode::unsupported, "Imported links move without mass."},
+};
+
+/// The sentence of an importer without its period.
+Fault import_fault(const char* code, std::string sentence, Severity severity,
+                   const std::string& file) {
+  if (sentence.ends_with('.')) sentence.pop_back();
+  Fault f = make_fault(code, std::move(sentence));
+  f.severity = severity;
+  f.subject.file = file;
+  return f;
+}
+
+/// Posts the notes of an importer and what was left out; they are kept for fault.list with the
+/// record that was made last, if there is one.
+void report_notes(CommandContext& ctx, const Imported& imported, const std::string& file,
+                  std::vector<Fault> left_out = {}, AnyId made = {}) {
+  std::vector<Fault> all = std::move(left_out);
   for (const std::string& note : imported.notes)
-    ctx.app.messages.post(Severity::info, "import_note", note, "import");
+    all.push_back(import_fault("import.note", note, Severity::info, file));
+  for (const Fault& f : all) ctx.app.messages.post(f, "import");
+  if (made.number == 0) return;
+  for (Fault& f : all) f.subject.record = Application::handle(made);
+  ctx.app.kept<ImportFaults>().note(made, ctx.snapshot().find(made)->name, std::move(all));
 }
 
 /// Says which files an import of several was read from, each once.
@@ -258,9 +287,9 @@ io::GeometryPtr stand_in(const std::string& name) {
 }
 
 /// Reads the meshes that stand in files of their own, each file once and several at the same time;
-/// those that failed are in `failed`.
-Result<void> read_foreign(CommandContext& ctx, Imported& imported,
-                          std::vector<std::string>& failed) {
+/// those that failed are in `failed`, with a fault each in `left_out`.
+Result<void> read_foreign(CommandContext& ctx, Imported& imported, std::vector<std::string>& failed,
+                          std::vector<Fault>& left_out) {
   struct File {
     const ForeignGeometry* asked = nullptr;
     Result<CsgGeometry> mesh = error(ErrorCode::cancelled, "stopped");
@@ -295,8 +324,12 @@ Result<void> read_foreign(CommandContext& ctx, Imported& imported,
     const Result<CsgGeometry>& mesh = files[file_of[i]].mesh;
     if (!mesh.ok() && mesh.error().code == ErrorCode::cancelled) return mesh.error();
     if (!mesh.ok()) {
-      imported.notes.push_back("Mesh " + text::quote(f.path) +
-                               " was left out: " + mesh.error().sentence());
+      Fault fault =
+          import_fault("import.left_out",
+                       "Mesh " + text::quote(f.path) + " was left out: " + mesh.error().sentence(),
+                       Severity::warning, f.path);
+      fault.cause = std::make_shared<const Fault>(faults_of(mesh.error()).front());
+      left_out.push_back(std::move(fault));
       failed.push_back(f.name);
       continue;
     }
@@ -353,12 +386,19 @@ Result<void> tell_meshes(CommandContext& ctx, const std::vector<AnyId>& made) {
                                                ctx.progress));
     if (states.empty() || ++count > kMostTold) continue;
     const std::string name = name_in(ctx, solids[i]);
-    ctx.app.messages.post(
-        Severity::info, "import_mesh",
+    Fault f = import_fault(
+        "import.open_mesh",
         "The " + name + ": " +
             (states[0].note.empty() ? states[0].why.sentence() : states[0].note) +
-            " Operations on solids refuse it; solid.mesh_faults lists and shows the places.",
-        "import");
+            " Operations on solids refuse it; solid.mesh_faults lists and shows the places",
+        Severity::info, {});
+    f.subject.record = f.witness.scene = Application::handle(solids[i]);
+    f.subject.path = "nodes[1]";
+    if (!states[0].why.message.empty())
+      f.cause = std::make_shared<const Fault>(faults_of(states[0].why).front());
+    ctx.app.messages.post(f, "import");
+    ctx.app.kept<ImportFaults>().note(solids[i], ctx.snapshot().find(solids[i])->name,
+                                      {std::move(f)});
   }
   if (count > kMostTold)
     ctx.app.messages.post(
@@ -388,6 +428,14 @@ void report_doubts(CommandContext& ctx, const std::vector<AnyId>& made) {
     const auto* robot = id.kind == Kind::robot ? ctx.snapshot().get(RobotId{id.number}) : nullptr;
     if (!robot) continue;
     std::vector<std::string> impossible, still;
+    const std::vector<Fault> doubts = robot_doubts(ctx.snapshot(), id);
+    const auto post = [&](const char* code, std::string sentence) {
+      Fault f = import_fault(code, std::move(sentence), Severity::warning, {});
+      for (const Fault& one : doubts)
+        if (one.code == code && f.subject.path.empty()) f.subject = one.subject;
+      f.witness.scene = Application::handle(id);
+      ctx.app.messages.post(f, "import");
+    };
     if (robot->base_mass && is_impossible(robot->base_mass->inertia))
       impossible.push_back("the base (" + moments_text(robot->base_mass->inertia) + ")");
     for (const model::Link& l : robot->links) {
@@ -401,22 +449,18 @@ void report_doubts(CommandContext& ctx, const std::vector<AnyId>& made) {
                         ")");
     }
     if (!impossible.empty())
-      ctx.app.messages.post(Severity::warning, "inertia",
-                            "The " + name_in(ctx, id) +
-                                " has inertias that no body can have, with the principal moments "
-                                "in kg m^2: " +
-                                text::enumerate_some(impossible, kMostNamed) +
-                                ". No moment can be negative or exceed the sum of the two others. "
-                                "They were kept; correct them before you trust its torques.",
-                            "import");
+      post("robot.impossible_inertia",
+           "The " + name_in(ctx, id) +
+               " has inertias that no body can have, with the principal moments in kg m^2: " +
+               text::enumerate_some(impossible, kMostNamed) +
+               ". No moment can be negative or exceed the sum of the two others. They were kept; "
+               "correct them before you trust its torques.");
     if (!still.empty())
-      ctx.app.messages.post(Severity::warning, "joint_limits",
-                            "The " + name_in(ctx, id) +
-                                " has joints that cannot move, as their lower and upper limits "
-                                "are the same: " +
-                                text::enumerate_some(still, kMostNamed) +
-                                ". Set lower and upper of these links, or make the joints fixed.",
-                            "import");
+      post("robot.stuck_joint",
+           "The " + name_in(ctx, id) +
+               " has joints that cannot move, as their lower and upper limits are the same: " +
+               text::enumerate_some(still, kMostNamed) +
+               ". Set lower and upper of these links, or make the joints fixed.");
   }
 }
 
@@ -426,11 +470,13 @@ void tell_masses(CommandContext& ctx, const std::vector<AnyId>& made) {
     const auto* robot = id.kind == Kind::robot ? ctx.snapshot().get(RobotId{id.number}) : nullptr;
     if (!robot || robot->mass_source != model::MassSource::given) continue;
     std::vector<std::string> without;
-    std::size_t moving = 0;
+    std::size_t moving = 0, first = 0;
     for (std::size_t i = 0; i < robot->links.size(); ++i) {
       if (robot->links[i].joint == model::JointKind::fixed) continue;
       ++moving;
-      if (!carries_mass(*robot, i)) without.push_back(text::quote(robot->links[i].name));
+      if (carries_mass(*robot, i)) continue;
+      if (without.empty()) first = i;
+      without.push_back(text::quote(robot->links[i].name));
     }
     if (without.empty()) continue;
     const bool is_none = without.size() == moving;
@@ -439,17 +485,28 @@ void tell_masses(CommandContext& ctx, const std::vector<AnyId>& made) {
     if (count > kMostNamed) without.resize(kMostNamed);
     std::string named = text::enumerate(without);
     if (count > kMostNamed) named += " and " + std::to_string(count - kMostNamed) + " more";
-    ctx.app.messages.post(
-        is_none ? Severity::warning : Severity::info, "import_masses",
+    Fault f = import_fault(
+        "import.no_mass",
         "The " + name_in(ctx, id) +
             (is_none ? " has no masses: the file gives none for "
                      : " has moving links without mass: ") +
             (is_none ? "any of its " + std::to_string(moving) + " moving links, such as " + named
                      : named) +
             (is_none ? ". Its dynamics are those of nothing; give the links masses, or design "
-                       "them and set masses to designed."
-                     : "."),
-        "import");
+                       "them and set masses to designed"
+                     : ""),
+        is_none ? Severity::warning : Severity::info, {});
+    f.subject.record = f.witness.scene = Application::handle(id);
+    f.subject.path = "links[" + std::to_string(first + 1) + "]";
+    ctx.app.messages.post(f, "import");
+    ctx.app.kept<ImportFaults>().note(id, ctx.snapshot().find(id)->name, {std::move(f)},
+                                      [id, first](const document::Snapshot& records) {
+                                        const auto* now = records.get(RobotId{id.number});
+                                        return now &&
+                                               now->mass_source == model::MassSource::given &&
+                                               first < now->links.size() &&
+                                               !carries_mass(*now, first);
+                                      });
   }
 }
 
@@ -470,7 +527,8 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
                : error(ErrorCode::unsupported, text::quote(file) + " is a drawing without solids",
                        "Use import_profile, and its profile in a prism or revolution.");
   std::vector<std::string> unread;
-  RMP_TRY(read_foreign(ctx, imported, unread));
+  std::vector<Fault> left_out;
+  RMP_TRY(read_foreign(ctx, imported, unread, left_out));
   io::MemoryFiles files;
   for (ImportedGeometry& g : imported.geometries) {
     RMP_TRY_ASSIGN(
@@ -498,7 +556,7 @@ Result<Value> import_file(CommandContext& ctx, const Map& args) {
           s.material = typed<model::Material>(args, "material");
           return {};
         }));
-  report_notes(ctx, imported);
+  report_notes(ctx, imported, file, std::move(left_out), loaded.id);
   tell_files(ctx, file, imported, unread);
   RMP_TRY(tell_meshes(ctx, loaded.all));
   report_doubts(ctx, loaded.all);
@@ -520,7 +578,7 @@ Result<Value> import_profile(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::unsupported,
                  text::quote(text_of(args, "file")) + " contains no closed outline", why);
   }
-  report_notes(ctx, imported);
+  report_notes(ctx, imported, text_of(args, "file"));
   return profile_value(imported.profile);
 }
 

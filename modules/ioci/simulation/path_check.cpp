@@ -4,6 +4,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
+#include "ioci/world/pair_remedy.h"
 #include "kernel/fault.h"
 #include "scene/build.h"
 #include "sim/trajectory_faults.h"
@@ -20,7 +21,7 @@ std::string sentence_of(const sim::PathCheck& c, const sim::PathFault& f) {
 
 const FaultCodes kTrajectoryCodes{
     {"trajectory.start", ErrorCode::conflict,
-     "The robot cannot stand where it is before a trajectory begins."},
+     "The robot is in contact or outside its limits before a trajectory begins."},
     {"trajectory.unreachable", ErrorCode::unreachable,
      "No joint values within the limits bring the tool to a sample of a trajectory."},
     {"trajectory.limit", ErrorCode::unreachable,
@@ -59,7 +60,10 @@ Fault path_fault(const sim::PathCheck& c, const sim::PathFault& f, AnyId traject
     at_fault.value = w.q[joint];
     w.joints.push_back(std::move(at_fault));
   }
-  if (!f.a.empty()) w.bodies = {f.a, f.b};
+  if (!f.a.empty()) {
+    w.bodies = {f.a, f.b};
+    out.remedies.push_back(allow_pair_remedy(w.scene, f.a, f.b));
+  }
   if (!f.is_start) {
     const Vec3& p = c.poses[f.worst].p;
     w.points.push_back({"sample " + std::to_string(f.worst + 1), p[0], p[1], p[2]});
@@ -71,7 +75,10 @@ Fault path_fault(const sim::PathCheck& c, const sim::PathFault& f, AnyId traject
   return out;
 }
 
-Value row_of(const sim::PathCheck& c, const sim::PathFault& f, AnyId trajectory, AnyId world) {
+Value row_of(PairTrials& trials, const sim::PathCheck& c, const sim::PathFault& f, AnyId trajectory,
+             AnyId world) {
+  Fault fault = path_fault(c, f, trajectory, world);
+  trials.look_at(fault);
   const auto q =
       f.is_start ? c.start.begin() : c.q.begin() + static_cast<std::ptrdiff_t>(f.worst * c.dof);
   const double end = c.times.back();
@@ -86,7 +93,7 @@ Value row_of(const sim::PathCheck& c, const sim::PathFault& f, AnyId trajectory,
           {"q", NumericArray(std::vector<double>(q, q + static_cast<std::ptrdiff_t>(c.dof)))},
           {"why", f.why},
           {"text", sentence_of(c, f)},
-          {"fault", fault_map(path_fault(c, f, trajectory, world))}};
+          {"fault", fault_map(fault)}};
   if (!f.is_start) row.set("position", vec_value(c.poses[f.worst].p, "m"));
   if (f.joint >= 0) row.set("joint", Value(f.joint + 1));
   if (f.excess > 0) {
@@ -140,8 +147,10 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const sim::PathCheck done,
                  sim::check_path(simulator, run, flag(args, "collisions"), ctx.progress));
   List faults, notes;
+  PairTrials trials(ctx.app, ctx.session);
   for (const sim::PathFault& f : done.faults)
-    faults.push_back(row_of(done, f, world.trajectories[trajectory].trajectory, ref(args, "id")));
+    faults.push_back(
+        row_of(trials, done, f, world.trajectories[trajectory].trajectory, ref(args, "id")));
   for (const std::string& n : done.notes) notes.emplace_back(n);
   Map out{{"is_good", done.faults.empty()},
           {"samples", done.times.size()},

@@ -10,6 +10,7 @@
 #include "collision/collision.h"
 #include "evaluation/payload.h"
 #include "ioci/core/commands.h"
+#include "ioci/world/pair_remedy.h"
 #include "program_check/check.h"
 #include "robotics/joint_limits.h"
 #include "sim/member_axes.h"
@@ -17,10 +18,16 @@
 namespace robomosp::ioci {
 namespace {
 
-/// Notes of robots whose first row is outside their limits. Robots that stand still are shown where
-/// the world has them, which says so itself.
-std::vector<std::string> limits_at_start(CommandContext& ctx, const recording::Recording& r) {
-  std::vector<std::string> out;
+const FaultCodes kStartCodes{
+    {"run.starts_outside_limits", ErrorCode::conflict,
+     "The first row of a run is outside the limits of a joint."},
+    {"run.starts_in_contact", ErrorCode::conflict, "Bodies touch in the first row of a run."},
+};
+
+/// Faults of robots whose first row is outside their limits. Robots that stand still are shown
+/// where the world has them, which says so itself.
+std::vector<Fault> limits_at_start(CommandContext& ctx, const recording::Recording& r) {
+  std::vector<Fault> out;
   const model::World* const world = ctx.snapshot().get(r.world);
   for (const model::PlacedRobot& placed : world->robots) {
     const std::string stem = placed.name == r.robot ? "q" : placed.name + ".q";
@@ -37,10 +44,20 @@ std::vector<std::string> limits_at_start(CommandContext& ctx, const recording::R
     const auto excess = robotics::limit_excess(**m, q, kSlack);
     if (excess.joint < 0) continue;
     const auto entry = (*m)->joints[static_cast<std::size_t>(excess.joint)].q_index;
-    out.push_back("The run starts outside limits: robot " + text::quote(placed.name) + " has " +
-                  sim::member_axes(ctx.snapshot(), r.world, placed.name)
-                      .before_place(static_cast<std::size_t>(entry), q) +
-                  robotics::excess_words(**m, excess) + ".");
+    Fault f =
+        make_fault("run.starts_outside_limits",
+                   "The run starts outside limits: robot " + text::quote(placed.name) + " has " +
+                       sim::member_axes(ctx.snapshot(), r.world, placed.name)
+                           .before_place(static_cast<std::size_t>(entry), q) +
+                       robotics::excess_words(**m, excess));
+    f.witness.robot = placed.name;
+    f.witness.q = q;
+    FaultJoint joint;
+    joint.name = (*m)->joints[static_cast<std::size_t>(excess.joint)].name;
+    joint.number = static_cast<std::size_t>(entry) + 1;
+    joint.value = q[static_cast<std::size_t>(entry)];
+    f.witness.joints.push_back(std::move(joint));
+    out.push_back(std::move(f));
   }
   return out;
 }
@@ -87,10 +104,10 @@ Result<std::vector<collision::Contact>> touching_at_start(
 
 }  // namespace
 
-Result<recording::RecordingPtr> with_start_notes(CommandContext& ctx,
-                                                 recording::RecordingPtr recording, bool posts) {
-  if (!ctx.snapshot().get(recording->world) || recording->rows() == 0) return recording;
-  std::vector<std::string> notes = limits_at_start(ctx, *recording);
+Result<std::vector<Fault>> start_faults(CommandContext& ctx,
+                                        const recording::RecordingPtr& recording) {
+  if (!ctx.snapshot().get(recording->world) || recording->rows() == 0) return std::vector<Fault>();
+  std::vector<Fault> faults = limits_at_start(ctx, *recording);
   recording::Recording first;
   first.world = recording->world, first.robot = recording->robot, first.dof = recording->dof;
   first.loads = recording->loads;
@@ -124,22 +141,54 @@ Result<recording::RecordingPtr> with_start_notes(CommandContext& ctx,
           [](const auto& a, const auto& b) { return a.at.distance < b.at.distance; });
       const double depth = -worst->at.distance * 1000;
       const std::size_t others = touching->size() - 1;
-      notes.push_back(
+      Fault f = make_fault(
+          "run.starts_in_contact",
           "The run starts in contact: " + model->describe(worst->pair) + " touch" +
-          (depth > 0.05 ? ", " + text::print_rounded(depth, 3) + " mm deep" : std::string()) +
-          (others == 0   ? std::string()
-           : others == 1 ? std::string(", and 1 other pair touches")
-                         : ", and " + std::to_string(others) + " other pairs touch") +
-          ".");
+              (depth > 0.05 ? ", " + text::print_rounded(depth, 3) + " mm deep" : std::string()) +
+              (others == 0   ? std::string()
+               : others == 1 ? std::string(", and 1 other pair touches")
+                             : ", and " + std::to_string(others) + " other pairs touch"));
+      const auto name = [&](std::int32_t body) {
+        return model->bodies()[static_cast<std::size_t>(body)].name;
+      };
+      f.witness.bodies = {name(worst->pair.a), name(worst->pair.b)};
+      if (worst->at.distance < 0) {
+        f.witness.value = f.witness.excess = -worst->at.distance;
+        f.witness.unit = "m";
+      }
+      const std::string& robot = recording->robot;
+      for (std::size_t j = 1; !robot.empty() && j <= recording->dof; ++j)
+        if (const recording::Column* c = first.find("q" + std::to_string(j)))
+          f.witness.q.push_back(c->values.front());
+      if (!f.witness.q.empty()) f.witness.robot = robot;
+      f.remedies.push_back(allow_pair_remedy(Application::handle(AnyId(first.world)),
+                                             f.witness.bodies[0], f.witness.bodies[1]));
+      PairTrials(ctx.app, ctx.session).look_at(f);
+      faults.push_back(std::move(f));
     }
   }
-  std::erase_if(notes, [&](const std::string& note) {
-    return std::find(recording->notes.begin(), recording->notes.end(), note) !=
+  for (Fault& f : faults) {
+    f.severity = Severity::warning;
+    f.subject.record = f.witness.scene = Application::handle(AnyId(recording->world));
+    f.extent.first = f.extent.last = f.extent.worst = 1;
+    f.extent.at = recording->columns.front().values.front();
+  }
+  return faults;
+}
+
+Result<recording::RecordingPtr> with_start_notes(CommandContext& ctx,
+                                                 recording::RecordingPtr recording, bool posts) {
+  RMP_TRY_ASSIGN(std::vector<Fault> faults, start_faults(ctx, recording));
+  std::erase_if(faults, [&](const Fault& f) {
+    return std::find(recording->notes.begin(), recording->notes.end(), sentence(f)) !=
            recording->notes.end();
   });
-  if (notes.empty()) return recording;
-  for (const std::string& note : notes)
-    if (posts) ctx.app.messages.post(Severity::warning, "run_start", note, "run");
+  if (faults.empty()) return recording;
+  std::vector<std::string> notes;
+  for (const Fault& f : faults) {
+    notes.push_back(sentence(f));
+    if (posts) ctx.app.messages.post(f, "run");
+  }
   recording::Recording out = *recording;
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   return std::make_shared<const recording::Recording>(std::move(out));

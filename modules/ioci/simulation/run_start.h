@@ -2,13 +2,18 @@
 // Notes about where runs start (layer: application, ioci only).
 #pragma once
 
-#include <string>
+#include <vector>
 
 #include "ioci/core/command.h"
+#include "kernel/fault.h"
 #include "recording/recording.h"
 
 namespace robomosp::ioci {
 
+/// Robots that start a run in a world outside their limits, and bodies that touch in its first row
+/// without being meant to. Contact is looked for as below. Only cancelling is an error.
+[[nodiscard]] Result<std::vector<Fault>> start_faults(CommandContext&,
+                                                      const recording::RecordingPtr&);
 /// The recording of a run in a world with a note for each robot that starts outside its limits, and
 /// one where bodies touch in the first row that are not meant to; with `posts` the notes are
 /// posted as warnings too. Notes that it has are not made again. What a robot holds or takes at the

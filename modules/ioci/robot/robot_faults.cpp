@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/robot/robot_faults.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "ioci/core/commands.h"
+#include "ioci/robot/inertia.h"
+#include "kernel/text.h"
+#include "spatial/mass.h"
+
+namespace robomosp::ioci {
+namespace {
+
+const FaultCodes kRobotCodes{
+    {"robot.impossible_inertia", ErrorCode::invalid_argument,
+     "A principal moment of inertia is negative or exceeds the sum of the two others."},
+    {"robot.stuck_joint", ErrorCode::invalid_argument,
+     "A joint cannot move, as its lower and upper limits are the same."},
+};
+
+Fault link_fault(const document::Snapshot& records, AnyId id, const char* code, std::string message,
+                 std::string hint, std::string path) {
+  Fault f = make_fault(code, std::move(message), std::move(hint), records.describe(id));
+  f.severity = Severity::warning;
+  f.subject.record = f.witness.scene = Application::handle(id);
+  f.subject.name = records.find(id)->name;
+  f.subject.path = std::move(path);
+  return f;
+}
+
+}  // namespace
+
+std::vector<Fault> robot_doubts(const document::Snapshot& records, AnyId id) {
+  std::vector<Fault> out;
+  const auto* robot = id.kind == Kind::robot ? records.get(RobotId{id.number}) : nullptr;
+  if (!robot) return out;
+  constexpr const char* kCorrect = "Correct it before you trust the robot's torques.";
+  const auto impossible = [&](const Sym3& inertia, const std::string& of, std::string path) {
+    out.push_back(
+        link_fault(records, id, "robot.impossible_inertia",
+                   of + " has an inertia that no body can have: its principal moments are " +
+                       moments_text(inertia) + " kg m^2",
+                   kCorrect, std::move(path)));
+  };
+  if (robot->base_mass && is_impossible(robot->base_mass->inertia))
+    impossible(robot->base_mass->inertia, "the base", "base_mass");
+  for (std::size_t i = 0; i < robot->links.size(); ++i) {
+    const model::Link& l = robot->links[i];
+    const std::string path = "links[" + std::to_string(i + 1) + "]";
+    const std::string who = "link " + text::quote(l.name);
+    if (l.given && is_impossible(l.given->inertia)) {
+      impossible(l.given->inertia, who, path);
+      out.back().witness.bodies = {l.name};
+    }
+    if (l.joint == model::JointKind::fixed || l.mimic || l.lower != l.upper) continue;
+    const bool is_prismatic = l.joint == model::JointKind::prismatic;
+    const std::string at = is_prismatic
+                               ? text::print_rounded(l.lower, 6) + " m"
+                               : text::print_rounded(l.lower * 180 / std::numbers::pi, 6) + " deg";
+    Fault f = link_fault(records, id, "robot.stuck_joint",
+                         "the joint of " + who + " cannot move: both limits are " + at,
+                         "Set lower and upper, or make the joint fixed.", path + ".lower");
+    FaultJoint joint;
+    joint.name = l.name;
+    joint.number = i + 1;
+    joint.limit = l.lower;
+    joint.unit = is_prismatic ? "m" : "rad";
+    f.witness.joints.push_back(std::move(joint));
+    FaultRemedy r;
+    r.label = "Make the joint of " + l.name + " fixed";
+    r.command = "robot.set_link";
+    r.args = {{"id", Application::handle(id)}, {"link", l.name}, {"joint", "fixed"}};
+    f.remedies.push_back(std::move(r));
+    out.push_back(std::move(f));
+  }
+  return out;
+}
+
+}  // namespace robomosp::ioci
