@@ -2,6 +2,9 @@
 // Faults of commands: what they are about can be opened, what they offer mends them, and front ends
 // get them whole.
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -168,9 +171,79 @@ TEST_F(Faults, TheSandboxGetsThem) {
   EXPECT_TRUE(faults_of(back) == faults_of(e));
 }
 
+TEST_F(Faults, ErrorsOfAProgramComeOneByOneThroughLuaAndTheSandbox) {
+  call("program.create", {{"name", "weld"},
+                          {"source",
+                           "PROGRAM weld;\nVAR\n  INT: count;\nBEGIN\n  coumt := 1;\n  "
+                           "other := 2;\nENDPROGRAM;\n"}});
+  const Error e = fails("program.run_alone", {{"id", "weld"}});
+  const auto all = faults_of(e);
+  ASSERT_EQ(all.size(), 2U) << e.sentence();
+  EXPECT_EQ(all[0].message, e.message);
+  EXPECT_TRUE(e.where.ends_with("program \"weld\", weld.irl:5:3")) << e.where;
+  EXPECT_TRUE(all[1].where.ends_with("program \"weld\", weld.irl:6:3")) << all[1].where;
+  EXPECT_EQ(all[1].where.find("weld.irl:5"), std::string::npos) << all[1].where;
+  for (const Fault& f : all) {
+    EXPECT_EQ(f.code, "program.syntax");
+    EXPECT_EQ(f.subject.command, "program.run_alone");
+    expect_open(f);
+  }
+  EXPECT_TRUE(all[1].subject.path.ends_with("lines[6]")) << all[1].subject.path;
+  EXPECT_TRUE(faults_of(lua::wire::error_from(lua::wire::error_value(e))) == all);
+  lua::LuaState state(app(), session_, lua::LuaOptions{});
+  const auto seen = state.eval(
+      "local ok, e = pcall(program.run_alone, {id = \"weld\"})\n"
+      "assert(not ok and #e.faults == 2 and e.faults[2].subject.line == 6)\n"
+      "local r = e.faults[1].remedies[1]\n"
+      "assert(r.command == \"program.set_file\")\n"
+      "program.set_file(r.args)\n"
+      "local found = fault.list{record = \"weld\"}.faults\n"
+      "assert(#found == 1 and found[1].subject.line == 6)");
+  EXPECT_TRUE(seen.ok()) << seen.error().sentence();
+}
+
+TEST_F(Faults, TrialsAreSeenByNobody) {
+  call("program.create", {{"name", "weld"},
+                          {"source",
+                           "PROGRAM weld;\nVAR\n  INT: count;\nBEGIN\n  coumt := "
+                           "1;\nENDPROGRAM;\n"}});
+  const auto before = app().document.now();
+  std::size_t audits = 0;
+  const auto token =
+      app().messages.subscribe([&](const Message& m) { audits += m.code == "audit"; });
+  const Value found = call("fault.list", {{"record", "weld"}});
+  app().messages.unsubscribe(token);
+  const auto f = fault_from(at(found, "faults").as_list()->front());
+  ASSERT_TRUE(f && !f->remedies.empty());
+  EXPECT_TRUE(f->remedies[0].is_tried);
+  EXPECT_EQ(app().document.now(), before);
+  EXPECT_EQ(audits, 0U);
+  EXPECT_TRUE(call("draft.list").as_list()->empty());
+  // Where nothing may be tried, it is offered as a guess.
+  const Value untried = call("fault.list", {{"record", "weld"}, {"try_remedies", false}});
+  const auto guess = fault_from(at(untried, "faults").as_list()->front());
+  ASSERT_TRUE(guess && !guess->remedies.empty());
+  EXPECT_FALSE(guess->remedies[0].is_tried);
+}
+
 TEST_F(Faults, EveryCodeIsListed) {
   const Value listed = call("fault.codes");
   EXPECT_EQ(listed.as_list()->size(), fault_codes().size());
+}
+
+TEST_F(Faults, ThePageListsEveryCode) {
+  std::string page =
+      "# Fault codes\n\nThe codes of [faults](faults.md). They are stable: programs may compare "
+      "them.\nThe class is the usual one of the error.\n\n| code | class | meaning "
+      "|\n|---|---|---|\n";
+  for (const FaultCode& c : fault_codes())
+    page += "| `" + std::string(c.code) + "` | `" + std::string(to_string(c.error)) + "` | " +
+            c.doc + " |\n";
+  const std::string file = ROBOMOSP_SOURCE_DIR "/docs/user/fault_codes.md";
+  if (std::getenv("ROBOMOSP_UPDATE_DOCS")) std::ofstream(file) << page;
+  std::ifstream in(file);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), page)
+      << "ROBOMOSP_UPDATE_DOCS=1 build/release/tests/faults_test writes it";
 }
 
 }  // namespace

@@ -3,32 +3,21 @@
 // wrong in the document now, and pictures of faults.
 #include <algorithm>
 
-#include <robomosp/sdk/controller.h>
-#include <robomosp/sdk/dynamics.h>
-#include <robomosp/sdk/ik.h>
-
-#include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/failed_call.h"
+#include "ioci/core/trial.h"
+#include "ioci/faults/document_faults.h"
 #include "ioci/view/picture.h"
 #include "kernel/argument_faults.h"
 #include "kernel/fault.h"
 #include "kernel/type.h"
-#include "model/field_path.h"
-#include "model/program_kinds.h"
+#include "kernel/units.h"
 #include "scene/build.h"
 #include "scene/path_lines.h"
 
 namespace robomosp::ioci {
 namespace {
-
-const FaultCodes kDocumentCodes{
-    {"solid.failed", ErrorCode::plugin_failed, "A solid cannot be made from its nodes."},
-    {"program.syntax", ErrorCode::syntax, "A program does not compile."},
-    {"provider.missing", ErrorCode::unknown_name,
-     "A record chooses a provider that is not loaded or not enabled."},
-};
 
 std::string fault_type() {
   return "map{code: string; message: string; class?: string; severity?: string; where?: string; "
@@ -85,6 +74,28 @@ void name_argument(Fault& f, const std::string& where, const FailedCall& call) {
   drop_repeats(f);
 }
 
+/// A record of the library that has the name and is not loaded yet.
+bool offer_library(Fault& f, const FailedCall& call, std::string_view kinds,
+                   const std::string& name) {
+  for (const std::string_view kind : text::split(kinds, '|')) {
+    const auto k = kind_from(kind);
+    const std::string command = std::string(kind) + ".get";
+    const CommandSpec* get = call.app.commands.find(command);
+    if (!k || !get || !library_file(call.app, *k, name)) continue;
+    FaultRemedy r;
+    r.label = "Load " + std::string(kind) + " " + text::quote(name) + " from the library";
+    r.command = command;
+    r.args = {{"name", name}};
+    const auto trial =
+        call.session && Trial::may_run(*get) ? Trial::open(call.app, *call.session) : nullptr;
+    if (trial && !trial->run(command, r.args).ok()) continue;
+    r.is_tried = trial != nullptr;
+    f.remedies.push_back(std::move(r));
+    return true;
+  }
+  return false;
+}
+
 /// The record nearest in name, where it would be found.
 void offer_record(Fault& f, const FailedCall& call) {
   const ParamSpec* p = find_param(call.spec.params, f.subject.argument);
@@ -97,6 +108,7 @@ void offer_record(Fault& f, const FailedCall& call) {
     if (kinds != "any" && std::find(all.begin(), all.end(), to_string(k)) == all.end()) continue;
     for (const AnyId id : call.records.list(k)) known.push_back(call.records.find(id)->name);
   }
+  if (offer_library(f, call, kinds, *given->as_string())) return;
   const auto name = text::nearest(*given->as_string(), known);
   if (!name || !call.app.resolve(call.records, kinds, Value(*name)).ok()) return;
   FaultRemedy r;
@@ -115,27 +127,37 @@ void name_record(FaultSubject& s, const FailedCall& call) {
   if (found.ok()) s.record = *found;
 }
 
-/// The longest beginning of a path that the record has.
-std::string path_within(const model::Record& record, std::string path) {
-  while (!path.empty() && !model::find(model::content(record.body), path)) {
-    const std::size_t at = path.find_last_of(".[");
-    path.resize(at == std::string::npos ? 0 : at);
-  }
-  return path;
+/// A field that a command sets by path and value, such as record.set.
+void name_value(FaultSubject& s, const FailedCall& call) {
+  const Value* path = call.given.find("path");
+  if (!path || !path->as_string() || !call.given.find("value")) return;
+  s.argument = "value";
+  if (s.path.empty()) s.path = *path->as_string();
 }
 
-/// Clears what the document does not have.
-void keep_what_opens(FaultSubject& s, const document::Snapshot& records) {
-  if (s.record.number == 0 || !kind_from(s.record.kind)) return;
-  const auto id = Application::record_id(records, s.record);
-  if (!id.ok()) {
-    s.record = {};
-    s.path.clear();
-    return;
-  }
-  const model::Record& record = *records.find(*id);
-  s.name = record.name;
-  s.path = path_within(record, std::move(s.path));
+/// The limit instead of a number that a field of a record must not have.
+void offer_limit(Fault& f, const FailedCall& call) {
+  if (!f.witness.limit || !f.witness.value || !f.remedies.empty()) return;
+  const std::size_t at = f.subject.path.find_last_of('.');
+  const std::string field =
+      at == std::string::npos ? f.subject.path : f.subject.path.substr(at + 1);
+  const std::string name = find_param(call.spec.params, "value") ? "value" : field;
+  const Value* given = call.given.find(name);
+  const bool is_it =
+      given && (given->as_string() || (given->is_number() && given->number() == *f.witness.value));
+  if (!is_it || !find_param(call.spec.params, name)) return;
+  FaultRemedy r;
+  r.label = "Set " + field + " to " +
+            (f.witness.unit.empty() || f.witness.unit == "1"
+                 ? text::print_rounded(*f.witness.limit)
+                 : units::print_with_unit(*f.witness.limit, f.witness.unit));
+  r.args.set(name, *f.witness.limit);
+  r.repeats = true;
+  const auto trial =
+      call.session && Trial::may_run(call.spec) ? Trial::open(call.app, *call.session) : nullptr;
+  if (trial && !trial->run(call.spec.name, repeated(r, call.given)).ok()) return;
+  r.is_tried = trial != nullptr;
+  f.remedies.push_back(std::move(r));
 }
 
 }  // namespace
@@ -149,6 +171,8 @@ void complete_faults(Error& e, const FailedCall& call) {
       s.command = call.spec.name;
       name_argument(f, is_one ? e.where : f.where, call);
       if (f.code == "argument.unknown_record") offer_record(f, call);
+      if (f.code == "argument.out_of_range" && s.argument.empty()) name_value(s, call);
+      if (f.code == "record.out_of_range" || s.argument == "value") offer_limit(f, call);
       for (FaultRemedy& r : f.remedies)
         if (r.repeats) r.command = call.spec.name;
       if (s.record.number == 0 && s.name.empty() && s.argument != "id") name_record(s, call);
@@ -161,139 +185,19 @@ void complete_faults(Error& e, const FailedCall& call) {
 
 namespace {
 
-/// What is wrong now, as far as there is room.
-class DocumentFaults {
- public:
-  DocumentFaults(CommandContext& ctx, std::size_t most) : ctx_(ctx), most_(most) {}
-
-  Result<void> look_at(AnyId id) {
-    ++looked_at_;
-    const model::Record& record = *ctx_.snapshot().find(id);
-    if (const auto held = document::check_record(record); !held.ok()) add(held.error(), id);
-    look_at_providers(id, record);
-    if (id.kind == Kind::solid) return look_at_solid(id);
-    if (id.kind == program_kind()) return look_at_program(id);
-    return {};
-  }
-  [[nodiscard]] bool is_full() const { return faults_.size() >= most_; }
-  Map answer(std::size_t records) {
-    return Map{{"faults", std::move(faults_)},
-               {"looked_at", looked_at_},
-               {"is_whole", looked_at_ == records}};
-  }
-
- private:
-  void add(Fault f, AnyId id) {
-    if (is_full()) return;
-    f.subject.record = Application::handle(id);
-    keep_what_opens(f.subject, ctx_.snapshot());
-    faults_.emplace_back(fault_map(f));
-  }
-  void add(const Error& e, AnyId id) {
-    for (Fault& f : faults_of(e)) add(std::move(f), id);
-  }
-
-  /// Choices of providers anywhere in the record.
-  void look_at_providers(AnyId id, const model::Record& record) {
-    struct Choice {
-      std::string_view interface_id;
-      const char* field;
-      std::string name;
-    };
-    std::vector<Choice> chosen;
-    if (const auto* robot = std::get_if<model::Robot>(&record.body)) {
-      chosen = {{IkSolver::kInterfaceId, "ik", robot->ik.name},
-                {InverseDynamics::kInterfaceId, "inverse_dynamics", robot->inverse_dynamics.name},
-                {ForwardDynamics::kInterfaceId, "forward_dynamics", robot->forward_dynamics.name},
-                {Controller::kInterfaceId, "controller", robot->controller.name}};
-    }
-    for (const Choice& c : chosen) {
-      if (c.name.empty()) continue;
-      const auto found = ctx_.app.registry.find(c.interface_id, c.name);
-      if (found.ok()) continue;
-      Fault f = make_fault("provider.missing", found.error().message, found.error().hint,
-                           name_in(ctx_, id));
-      f.error = found.error().code;
-      f.subject.path = c.field;
-      f.subject.provider = c.name;
-      f.subject.interface_id = c.interface_id;
-      FaultRemedy r;
-      r.label = "Use the default of " + std::string(c.field);
-      r.command = "record.set";
-      r.args = {{"id", Application::handle(id)}, {"path", c.field}, {"value", ""}};
-      f.remedies.push_back(std::move(r));
-      add(std::move(f), id);
-    }
-  }
-
-  Result<void> look_at_solid(AnyId id) {
-    const auto made = ctx_.app.derived.mesh(ctx_.snapshot(), SolidId{id.number}, ctx_.progress);
-    if (made.ok()) return {};
-    if (made.error().code == ErrorCode::cancelled) return made.error();
-    const auto& solid = std::get<model::Solid>(ctx_.snapshot().find(id)->body);
-    Error e = made.error();
-    amend(e, [&](Fault& f) {
-      f.code = "solid.failed";
-      f.witness.scene = Application::handle(id);
-      // Engines name the node in their sentence.
-      const std::string text = e.sentence();
-      for (std::size_t i = 0; i < solid.nodes.size(); ++i)
-        if (text.find("node " + text::quote(solid.nodes[i].name)) != std::string::npos)
-          f.subject.path = "nodes[" + std::to_string(i + 1) + "]";
-    });
-    add(e, id);
-    return {};
-  }
-
-  Result<void> look_at_program(AnyId id) {
-    auto checked = ctx_.dispatch("program.check", Map{{"id", Application::handle(id)}});
-    if (!checked.ok()) {
-      if (checked.error().code == ErrorCode::cancelled) return std::move(checked).error();
-      add(checked.error(), id);
-      return {};
-    }
-    for (const Value& row : *checked->as_map()->find("faults")->as_list()) {
-      const Map& r = *row.as_map();
-      const std::string severity = text_of(r, "severity");
-      if (severity == "note") continue;
-      std::string message = text_of(r, "message");
-      if (message.ends_with(".")) message.pop_back();
-      const std::string file = text_of(r, "file");
-      const auto line = static_cast<std::uint32_t>(integer(r, "line"));
-      const auto column = static_cast<std::uint32_t>(integer(r, "column"));
-      Fault f = make_fault("program.syntax", std::move(message), text_of(r, "hint"),
-                           name_in(ctx_, id) + ", " + file + ":" + std::to_string(line) + ":" +
-                               std::to_string(column));
-      if (severity == "warning") f.severity = Severity::warning;
-      f.subject.file = file;
-      f.subject.line = f.subject.end_line = line;
-      f.subject.column = column;
-      f.subject.end_column = column + static_cast<std::uint32_t>(integer(r, "length"));
-      // A path to a line of a file, where the file is one of the record.
-      const std::string path = "files." + file + ".lines[" + std::to_string(line) + "]";
-      const bool is_there =
-          model::find(model::content(ctx_.snapshot().find(id)->body), path).has_value();
-      f.subject.path = is_there ? path : "files";
-      add(std::move(f), id);
-    }
-    return {};
-  }
-
-  CommandContext& ctx_;
-  const std::size_t most_;
-  List faults_;
-  std::size_t looked_at_ = 0;
-};
-
 Result<Value> list_faults(CommandContext& ctx, const Map& args) {
   std::vector<AnyId> ids;
+  const bool has_recording = has(args, "recording");
   if (has(args, "record")) {
     ids.push_back(ref(args, "record"));
-  } else {
+  } else if (!has_recording) {
     for (const Kind k : all_kinds())
       for (const AnyId id : ctx.snapshot().list(k)) ids.push_back(id);
   }
-  DocumentFaults found(ctx, static_cast<std::size_t>(integer(args, "at_most")));
+  DocumentFaults found(ctx, static_cast<std::size_t>(integer(args, "at_most")),
+                       flag(args, "try_remedies"));
+  if (has_recording)
+    RMP_TRY(found.look_at_recording(args.find("recording")->as_handle()->number, true));
   for (std::size_t i = 0; i < ids.size() && !found.is_full(); ++i) {
     if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "the check was cancelled");
     ctx.progress.report(static_cast<double>(i) / static_cast<double>(ids.size()), "records");
@@ -362,16 +266,24 @@ RMP_COMMANDS(fault_commands) {
        .classic = "",
        .summary = "Lists what is wrong in the document now.",
        .details =
-           "Checks each record by itself, makes the solids, compiles the programs and looks up the "
-           "solvers of robots. A fault is a table: code, class, severity, message, where, hint and "
-           "text; subject (record, name, path, file, line, column); extent, witness, cause and "
-           "remedies where known. The check can be cancelled.",
+           "Checks each record by itself, makes the solids, compiles the programs, and checks the "
+           "solvers of robots with their parameters. Lists also what imports left out, links with "
+           "values that are hardly meant, and of worlds the recordings that are out of date or "
+           "start in "
+           "contact; with recording also all notes of that run. A fault is a table: code, class, "
+           "severity, message, where, hint and text; subject (record, name, path, file, line, "
+           "column); extent, witness, cause and remedies where known. Remedies are tried on a "
+           "draft "
+           "that is dropped, and those that do not help are left out; those that cannot be tried "
+           "have is_tried = false. The check can be cancelled.",
        .example = "program.create{name = \"weld\", source = \"PROGRAM weld; BEGIN x := 1; "
                   "ENDPROGRAM;\"}\n"
                   "local found = fault.list{record = \"weld\"}\n"
                   "assert(found.faults[1].code == \"program.syntax\")\n"
                   "assert(found.faults[1].subject.line == 1)",
        .params = {optional("record", "ref:any", "", "Only this record."),
+                  optional("recording", "ref:recording", "", "Only this recording."),
+                  defaulted("try_remedies", "bool", "", true, "Tries the remedies."),
                   between(defaulted("at_most", "int", "", 1000, "Faults to list."), 1, 100000)},
        .returns = {"map",
                    "",
