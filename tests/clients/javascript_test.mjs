@@ -107,6 +107,12 @@ async function commands(r) {
   await assert.rejects(arm.fk({q: [1, 2]}), (fault) => fault instanceof robomosp.RobomospError &&
     fault.code === 'invalid_argument' && fault.where.includes('q') && fault.hint && fault.number === -32602);
   await assert.rejects(r.robot.fkk('pa10'), {code: 'unknown_name'});
+  const root = {kind: 'box', x: 0.1, y: 0.1, z: 0.1};
+  await assert.rejects(r.call('solid.create', {name: 'cube', root, chord: '2 kg', nonsense: 1}), (e) => {
+    const codes = e.faults.map((f) => f.code).sort();
+    assert.deepEqual(codes, ['argument.unknown', 'argument.wrong_unit']);
+    return e.faults.find((f) => f.code === 'argument.wrong_unit').remedies[0].is_tried;
+  });
   // Long arrays go as bytes both ways, matrices as matrices.
   const states = new robomosp.Matrix(7 * 50);
   states.rows = 50;

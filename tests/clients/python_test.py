@@ -65,6 +65,32 @@ class OnAProgram:
             arm.dof()
         self.assertEqual(raised.exception.code, "stale_handle")
 
+    def test_errors_carry_their_faults(self):
+        cube = {"name": "cube", "root": {"kind": "box", "x": 0.1, "y": 0.1, "z": 0.1}}
+        with self.assertRaises(robomosp.Error) as raised:
+            self.r.call("solid.create", {**cube, "chord": "2 kg", "nonsense": 1})
+        faults = {f["code"]: f for f in raised.exception.faults}
+        self.assertEqual(set(faults), {"argument.unknown", "argument.wrong_unit"})
+        self.assertEqual(faults["argument.wrong_unit"]["subject"]["argument"], "chord")
+        mended = faults["argument.wrong_unit"]["remedies"][0]
+        self.assertTrue(mended["is_tried"] and mended["repeats"])
+        self.r.call(mended["command"], {**cube, **mended["args"]})
+        self.assertEqual(robomosp.Error("of this client").faults, [])
+
+    def test_faults_of_programs_come_with_lines_and_remedies(self):
+        p = self.r.program.create(
+            name="weld", source="PROGRAM weld;\nVAR\n  INT: count;\nBEGIN\n  coumt := 1;\n  other := 2;\nENDPROGRAM;\n")
+        with self.assertRaises(robomosp.Error) as raised:
+            p.run_alone()
+        self.assertEqual([(f["code"], f["subject"]["line"]) for f in raised.exception.faults],
+                         [("program.syntax", 5), ("program.syntax", 6)])
+        found = self.r.fault.list(record=p)["faults"]
+        self.assertEqual([f["subject"]["line"] for f in found], [5, 6])
+        mended = found[0]["remedies"][0]
+        self.assertTrue(mended["is_tried"])
+        self.r.call(mended["command"], dict(mended["args"]))
+        self.assertEqual([f["subject"]["line"] for f in self.r.fault.list(record=p)["faults"]], [6])
+
     def test_arguments_come_by_place_by_name_and_both(self):
         arm = self.r.robot("pa10")
         q = [0.1] * 7

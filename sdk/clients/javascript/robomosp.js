@@ -30,6 +30,12 @@ export class RobomospError extends Error {
     this.name = new.target.name;
     Object.assign(this, {code, where, hint, number, data});
   }
+  /// What is wrong, one table for each cause: code, class, text, subject, extent, witness,
+  /// remedies. Empty where the server sends none, and for errors of this client.
+  get faults() {
+    const given = this.data?.faults;
+    return Array.isArray(given) ? given.filter((f) => f && typeof f === 'object') : [];
+  }
 }
 /// The request or job was cancelled.
 export class Cancelled extends RobomospError {}

@@ -80,7 +80,8 @@ class Error(Exception):
     """What ROBOMOSP, or this client, refused or could not do.
 
     str(e) is the whole sentence. e.code is a word such as "invalid_argument", "not_found" or
-    "unreachable"; e.where the place, outermost first; e.hint what to do; e.data all that was said.
+    "unreachable"; e.where the place, outermost first; e.hint what to do; e.faults the causes one by
+    one; e.data the whole member "data" of the response.
     """
 
     def __init__(self, message, code="internal", where="", hint="", number=None, data=None):
@@ -91,6 +92,13 @@ class Error(Exception):
         self.hint = hint
         self.number = number  #: of JSON-RPC, such as -32602; None where the client itself refused
         self.data = data or {}
+
+    @property
+    def faults(self):
+        """What is wrong, one table for each cause: code, class, text, subject, extent, witness,
+        remedies. Empty where the server sends none, and for errors of this client."""
+        given = self.data.get("faults")
+        return [f for f in given if isinstance(f, dict)] if isinstance(given, list) else []
 
 
 class Cancelled(Error):
