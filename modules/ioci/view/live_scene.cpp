@@ -11,6 +11,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/runs.h"
 #include "ioci/view/picture.h"
+#include "ioci/view/run_motion.h"
 #include "kernel/base64.h"
 #include "scene/build.h"
 #include "scene/frame.h"
@@ -71,24 +72,6 @@ class FollowedScenes {
   std::list<std::shared_ptr<Followed>> kept_;  // guarded by mutex_
 };
 
-/// Where a run has the members of its world; null where it has not begun.
-Result<scene::MotionPtr> motion_of(CommandContext& ctx, AnyId world, std::uint64_t number) {
-  const LiveRunPtr run = ctx.app.runs->find(number);
-  if (!run) throw StaleHandle{{"run", number}};
-  if (world.kind != Kind::world || run->subject.kind != "world" ||
-      run->subject.number != world.number)
-    return error(ErrorCode::invalid_argument,
-                 "the run " + text::quote(run->title) + " is not of " + name_in(ctx, world),
-                 "Give the world that it simulates.", "run");
-  const sim::LiveRun::Shown shown = run->run->shown();
-  recording::Recording row = run->run->head();
-  if (row.columns.empty() || shown.values.size() < row.columns.size()) return scene::MotionPtr();
-  for (std::size_t c = 0; c < row.columns.size(); ++c) row.columns[c].values = {shown.values[c]};
-  RMP_TRY_ASSIGN(scene::Motion motion,
-                 scene::motion_at(ctx.snapshot(), WorldId{world.number}, row, shown.time));
-  return scene::MotionPtr(std::make_shared<const scene::Motion>(std::move(motion)));
-}
-
 Result<Value> scene_of(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "what");
   RMP_TRY_ASSIGN(const render::Camera camera, read_camera(args));
@@ -102,7 +85,10 @@ Result<Value> scene_of(CommandContext& ctx, const Map& args) {
     }
   scene::MotionPtr motion;
   if (has(args, "run")) {
-    RMP_TRY_ASSIGN(motion, motion_of(ctx, id, args.find("run")->as_handle()->number));
+    const Handle& run = *args.find("run")->as_handle();
+    const LiveRunPtr found = ctx.app.runs->find(run.number);
+    if (!found) throw StaleHandle{run};
+    RMP_TRY_ASSIGN(motion, run_motion(ctx.snapshot(), id, *found));
   }
   RMP_TRY_ASSIGN(const scene::FramePtr frame,
                  ctx.app.kept<FollowedScenes>().frame(ctx, id, std::move(motion)));

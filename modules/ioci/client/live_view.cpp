@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ioci/client/live_view.h"
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "ioci/core/commands.h"
+#include "ioci/view/map_view.h"
+#include "ioci/view/run_motion.h"
+#include "kernel/executor.h"
+#include "scene/build.h"
+#include "scene/live_scene.h"
+
+namespace robomosp::ioci {
+namespace {
+
+/// What moves the members of the world.
+struct ByRecording {
+  std::uint64_t number = 0;
+  double time = 0;
+};
+struct ByRun {
+  std::uint64_t number = 0;
+};
+using Mover = std::variant<std::monostate, ByRecording, ByRun>;
+
+/// What changed since the worker looked last.
+struct Dirty {
+  bool what = false, document = false, providers = false, extras = false, mover = false,
+       frame = false, beside = false, trash = false;
+  [[nodiscard]] bool any() const {
+    return what || document || providers || extras || mover || frame || beside || trash;
+  }
+};
+
+AnyId record_of(const Handle& h) {
+  const auto kind = kind_from(h.kind);
+  return kind ? AnyId{*kind, h.number} : AnyId{};
+}
+
+void append(render::Scene& scene, const render::Scene& more) {
+  scene.items.insert(scene.items.end(), more.items.begin(), more.items.end());
+  scene.legends.insert(scene.legends.end(), more.legends.begin(), more.legends.end());
+}
+
+}  // namespace
+
+/// Shared with the tasks of the executor, of which at most one runs at a time.
+struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
+  State(Application& a, Options o) : app(a), options(std::move(o)) {}
+
+  Application& app;
+  const Options options;
+  std::unique_ptr<Client> client;
+  std::atomic<Client*> serving{nullptr};  ///< where solvers of scripts are served
+  std::atomic<bool> serves{false};        ///< a call for that waits
+  std::unique_ptr<Scripts> scripts;       ///< of the client's thread
+  PicturePtr delivered;                   ///< of the host's thread
+
+  mutable std::mutex mutex;
+  std::condition_variable changed;
+  // Guarded by mutex:
+  Dirty dirty;
+  AnyId what;
+  scene::Extras extras;
+  Mover mover;
+  std::shared_ptr<const render::Scene> beside;  ///< the map
+  std::shared_ptr<scene::LiveScene> scene;      ///< changed by the worker
+  PicturePtr newest;
+  bool is_working = false, is_ending = false, is_new = false, is_woken = false;
+  std::vector<PicturePtr> trash;  ///< destroyed by the worker, since that takes time
+
+  // Of the worker:
+  scene::MotionPtr motion;
+  std::optional<std::string> motion_failure;
+  scene::FramePtr last_frame;
+
+  template <class Change>
+  void want(const Change& change) {
+    {
+      const std::lock_guard lock(mutex);
+      if (is_ending) return;
+      change();
+      if (is_working || !dirty.any()) return;
+      is_working = true;
+    }
+    Executor::of_process().run([self = shared_from_this()] { self->work(); });
+  }
+  void wake() {
+    if (options.wake) options.wake();
+  }
+  /// A call for the scripts' solvers.
+  void serve_scripts() {
+    Client* const on = serving.load();
+    if (!on || serves.exchange(true)) return;
+    (void)on->run("serving the solvers of scripts", [this](Session&) -> Result<Value> {
+      serves = false;
+      if (scripts) scripts->serve();
+      return Value();
+    });
+  }
+  void take(const Event& e) {
+    switch (e.topic) {
+      case Topic::change: want([this] { dirty.document = true; }); break;
+      case Topic::provider: want([this] { dirty.providers = true; }); break;
+      case Topic::run:
+        want([&] {
+          const auto* by = std::get_if<ByRun>(&mover);
+          dirty.mover = dirty.mover || (by && e.run && by->number == e.run->run);
+        });
+        break;
+      default: break;
+    }
+    if (options.on_event && (options.topics & bit(e.topic)) != 0) options.on_event(e);
+  }
+
+  void work() {
+    std::unique_lock lock(mutex);
+    while (dirty.any() && !is_ending) {
+      const Dirty now = std::exchange(dirty, {});
+      const std::vector<PicturePtr> old = std::exchange(trash, {});
+      lock.unlock();
+      step(now);
+      lock.lock();
+    }
+    is_working = false;
+    changed.notify_all();
+  }
+  void step(Dirty now) {
+    if (now.what) renew();
+    std::shared_ptr<scene::LiveScene> on;
+    AnyId shown;
+    scene::Extras wanted;
+    Mover by;
+    {
+      const std::lock_guard lock(mutex);
+      on = scene;
+      shown = what;
+      wanted = extras;
+      by = mover;
+    }
+    if (!on) return;
+    if (now.providers) on->refresh();
+    const document::SnapshotPtr snapshot = app.document.now();
+    if (now.what || now.extras) on->show(wanted);
+    const std::optional<std::string> failed_before = motion_failure;
+    // A motion is read again with the document, in which robots may have other joints.
+    if (now.what || now.mover || (now.document && by.index() != 0)) {
+      auto moved = motion_by(by, *snapshot, shown);
+      motion_failure.reset();
+      if (moved.ok()) motion = std::move(*moved);
+      else motion_failure = moved.error().sentence();
+      on->move(motion);
+    }
+    on->follow(snapshot);
+    // Changes that LiveScene computes come back as a frame; the others are drawn at once.
+    draw(*on, wanted.explode,
+         now.what || now.beside || now.extras || motion_failure != failed_before);
+  }
+  void renew() {
+    std::shared_ptr<scene::LiveScene> fresh;
+    {
+      const std::lock_guard lock(mutex);
+      fresh = std::make_shared<scene::LiveScene>(app.derived, app.registry, what,
+                                                 Executor::of_process(), &app.collision_models);
+    }
+    fresh->on_frame([this] { want([this] { dirty.frame = true; }); });
+    motion = nullptr;
+    last_frame = nullptr;
+    {
+      const std::lock_guard lock(mutex);
+      scene.swap(fresh);
+    }
+    // Here the old one ends, if settle() does not use it.
+  }
+  Result<scene::MotionPtr> motion_by(const Mover& by, const document::Snapshot& snapshot,
+                                     AnyId world) const {
+    if (const auto* r = std::get_if<ByRecording>(&by)) {
+      const auto recording = app.recordings.find(r->number);
+      if (!recording)
+        return error(ErrorCode::stale_handle,
+                     "the recording #" + std::to_string(r->number) + " no longer exists",
+                     "Show another one.");
+      RMP_TRY_ASSIGN(scene::Motion at,
+                     scene::motion_at(snapshot, WorldId{world.number}, *recording, r->time));
+      return scene::MotionPtr(std::make_shared<const scene::Motion>(std::move(at)));
+    }
+    if (const auto* r = std::get_if<ByRun>(&by)) {
+      const LiveRunPtr run = app.runs->find(r->number);
+      if (!run)
+        return error(ErrorCode::stale_handle,
+                     "the run #" + std::to_string(r->number) + " no longer exists",
+                     "Show another one.");
+      return run_motion(snapshot, world, *run);
+    }
+    return scene::MotionPtr();
+  }
+  /// Makes a picture of the newest frame unless it has one and nothing else changed.
+  void draw(const scene::LiveScene& on, double explode, bool is_other) {
+    const scene::FramePtr frame = on.frame();
+    if (frame->number == 0 || (frame == last_frame && !is_other)) return;
+    std::shared_ptr<const render::Scene> more;
+    {
+      const std::lock_guard lock(mutex);
+      more = beside;
+    }
+    auto made = std::make_shared<Picture>();
+    made->frame = frame;
+    auto built = scene::built_of(*frame, explode);
+    if (built.ok()) {
+      made->scene = std::move(built->scene);
+      made->left_out = std::move(built->left_out);
+    }
+    if (more) append(made->scene, *more);
+    if (motion_failure) made->left_out.push_back(*motion_failure);
+    if (last_frame && !is_other && explode == 0) {
+      const scene::Changes c = scene::changes_between(last_frame.get(), *frame);
+      made->only_moved = c.added.empty() && c.changed.empty() && c.removed.empty();
+    }
+    last_frame = frame;
+    bool wakes = false;
+    PicturePtr old;
+    {
+      const std::lock_guard lock(mutex);
+      // Of pictures that nobody saw, the changes add up.
+      if (is_new && !newest->only_moved) made->only_moved = false;
+      old = std::exchange(newest, std::move(made));
+      is_new = true;
+      wakes = !std::exchange(is_woken, true);
+    }
+    if (wakes) wake();
+  }
+};
+
+Result<std::unique_ptr<LiveView>> LiveView::open(Application& app, Options options) {
+  const auto state = std::make_shared<State>(app, std::move(options));
+  State* const s = state.get();
+  s->extras = s->options.extras;
+  Client::Options c;
+  c.name = s->options.name;
+  c.kind = s->options.kind;
+  c.wake = [s] { s->wake(); };
+  c.prepare = [s](Session& session) {
+    if (const auto make = ScriptLanguage::registered())
+      s->scripts = make(s->app, session, s->options.plugin_path, [s] { s->serve_scripts(); });
+  };
+  c.finish = [s](Session&) { s->scripts.reset(); };
+  c.events.topics = s->options.topics | bit(Topic::change) | bit(Topic::provider) | bit(Topic::run);
+  c.on_event = [s](const Event& e) { s->take(e); };
+  RMP_TRY_ASSIGN(s->client, Client::open(app, std::move(c)));
+  s->serving = s->client.get();
+  s->serve_scripts();  // what asked before
+  return std::unique_ptr<LiveView>(new LiveView(state));
+}
+
+LiveView::LiveView(std::shared_ptr<State> state) : state_(std::move(state)) {}
+
+LiveView::~LiveView() {
+  {
+    std::unique_lock lock(state_->mutex);
+    state_->is_ending = true;
+    state_->changed.notify_all();
+    state_->changed.wait(lock, [this] { return !state_->is_working; });
+  }
+  state_->scene.reset();
+  state_->client.reset();
+}
+
+Client& LiveView::client() const { return *state_->client; }
+
+Client::Answer LiveView::open_record(OpenRequest request,
+                                     std::function<void(const Result<Opened>&)> done) {
+  const auto opened = std::make_shared<Opened>();
+  return client().run(
+      "opening " + (request.script.empty() ? request.what : request.script.string()),
+      [s = state_.get(), opened, request = std::move(request)](Session& session) -> Result<Value> {
+        RMP_TRY_ASSIGN(*opened, open_shown(s->app, session, s->scripts.get(), request));
+        return Value();
+      },
+      [opened, done = std::move(done)](const Result<Value>& r) {
+        if (done) done(r.ok() ? Result<Opened>(*opened) : Result<Opened>(r.error()));
+      });
+}
+
+Client::Answer LiveView::compute_map(const Handle& what, std::string map, std::string robot,
+                                     Client::Done done) {
+  return client().run(
+      "computing a map",
+      [s = state_.get(), what, map = std::move(map),
+       robot = std::move(robot)](Session& session) -> Result<Value> {
+        RMP_TRY_ASSIGN(Handle made, ioci::compute_map(s->app, session, what, map, robot));
+        return Value(std::move(made));
+      },
+      std::move(done));
+}
+
+void LiveView::show(const Handle& what) {
+  state_->want([&] {
+    state_->what = record_of(what);
+    state_->mover = {};
+    state_->beside = nullptr;
+    state_->dirty.what = true;
+  });
+}
+
+void LiveView::show_recording(const Handle& recording, double time) {
+  state_->want([&] {
+    state_->mover = ByRecording{recording.number, time};
+    state_->dirty.mover = true;
+  });
+}
+
+void LiveView::show_run(const Handle& run) {
+  state_->want([&] {
+    state_->mover = ByRun{run.number};
+    state_->dirty.mover = true;
+  });
+}
+
+void LiveView::rest() {
+  state_->want([&] {
+    state_->mover = {};
+    state_->dirty.mover = true;
+  });
+}
+
+Result<void> LiveView::show_layer(std::string_view name, bool is_shown) {
+  Result<void> out;
+  state_->want([&] {
+    out = scene::set_layer(state_->extras, name, is_shown);
+    state_->dirty.extras = state_->dirty.extras || out.ok();
+  });
+  return out;
+}
+
+void LiveView::explode(double by) {
+  state_->want([&] {
+    state_->extras.explode = by;
+    state_->dirty.extras = true;
+  });
+}
+
+Client::Answer LiveView::show_map(Map map, Client::Done done) {
+  return client().run(
+      "showing a map",
+      [s = state_.get(), map = std::move(map)](Session& session) -> Result<Value> {
+        AnyId what;
+        {
+          const std::lock_guard lock(s->mutex);
+          what = s->what;
+        }
+        NoProgress progress;
+        CommandContext ctx(s->app, session, progress);
+        auto made = std::make_shared<render::Scene>();
+        RMP_TRY(add_map(ctx, Value(map), what, *made));
+        s->want([&] {
+          if (s->what != what) return;
+          s->beside = std::move(made);
+          s->dirty.beside = true;
+        });
+        return Value();
+      },
+      std::move(done));
+}
+
+LiveView::PicturePtr LiveView::picture() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->newest;
+}
+
+Result<LiveView::PicturePtr> LiveView::settle(Progress& progress) {
+  State& s = *state_;
+  s.want([&] { s.dirty.document = true; });
+  for (;;) {
+    std::shared_ptr<scene::LiveScene> on;
+    {
+      std::unique_lock lock(s.mutex);
+      while (s.is_working && !s.is_ending) {
+        if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+        s.changed.wait_for(lock, std::chrono::milliseconds(50));
+      }
+      if (s.is_ending) return error(ErrorCode::cancelled, "cancelled");
+      on = s.scene;
+      if (!on) return s.newest;
+    }
+    RMP_TRY_ASSIGN(const scene::FramePtr frame, on->settle(progress));
+    const std::lock_guard lock(s.mutex);
+    if (!s.is_working && s.scene == on && s.newest && s.newest->frame == frame) return s.newest;
+  }
+}
+
+bool LiveView::deliver(std::chrono::microseconds at_most) {
+  const std::shared_ptr<State> s = state_;
+  const bool has_more = s->client->deliver(at_most);
+  PicturePtr fresh;
+  {
+    const std::lock_guard lock(s->mutex);
+    s->is_woken = false;
+    if (!std::exchange(s->is_new, false)) return has_more;
+    fresh = s->newest;
+  }
+  s->want([&] {
+    if (s->delivered) s->trash.push_back(std::move(s->delivered));
+    s->dirty.trash = true;
+  });
+  s->delivered = fresh;
+  if (s->options.on_picture) s->options.on_picture(fresh);
+  return has_more;
+}
+
+}  // namespace robomosp::ioci

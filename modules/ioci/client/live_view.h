@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// LiveView: the base of a window: the client of a session, and the scene of one record that
+// follows the document, runs and recordings (layer: application). Why:
+// docs/decisions/0104-live-views.md.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/render.h>
+#include <robomosp/sdk/result.h>
+
+#include "ioci/client/client.h"
+#include "ioci/client/opening.h"
+#include "scene/extras.h"
+#include "scene/frame.h"
+
+namespace robomosp::ioci {
+
+/// Each function notes what is wanted and returns; threads of the executor compute it. A wake of
+/// the host announces results, which deliver() passes on. Only the newest wish of each kind counts.
+/// [the host's thread; picture() and settle(): any]
+class LiveView {
+ public:
+  /// What is shown. Immutable.
+  struct Picture {
+    scene::FramePtr frame;
+    render::Scene scene;      ///< the frame as renderers take it, exploded, with the map
+    bool only_moved = false;  ///< only poses differ from the picture delivered before it
+    /// Sentences about what is not shown, and about motions that do not fit the world.
+    std::vector<std::string> left_out;
+  };
+  using PicturePtr = std::shared_ptr<const Picture>;
+
+  struct Options {
+    std::string name = "window";  ///< of the session
+    SessionKind kind = SessionKind::window;
+    /// As in Client::Options.
+    std::function<void()> wake;
+    /// Called by deliver() with the newest picture.
+    std::function<void(const PicturePtr&)> on_picture;
+    /// Called by deliver() with events of these topics, bits by Topic.
+    std::function<void(const Event&)> on_event;
+    std::uint32_t topics = 0;
+    scene::Extras extras;  ///< shown at first
+    /// Searched first for scripts that are plugins.
+    std::vector<std::filesystem::path> plugin_path;
+  };
+
+  /// The errors of Client::open(). The application outlives the view.
+  static Result<std::unique_ptr<LiveView>> open(Application&, Options);
+  /// Stops what is computed and waits for its end; see ~Client(). Not within deliver().
+  ~LiveView();
+  LiveView(const LiveView&) = delete;
+  LiveView& operator=(const LiveView&) = delete;
+
+  [[nodiscard]] Client& client() const;
+
+  /// open_shown() on the client's thread. It shows nothing yet.
+  Client::Answer open_record(OpenRequest, std::function<void(const Result<Opened>&)> done);
+  /// compute_map() likewise; `done` gets the handle of the recording.
+  Client::Answer compute_map(const Handle& what, std::string map, std::string robot,
+                             Client::Done done);
+
+  /// Shows this record instead of the present one, placed as in the document, without a map.
+  void show(const Handle& what);
+  /// Moves the members of the world to where a recording has them at a time [s].
+  void show_recording(const Handle& recording, double time);
+  /// Moves them with a live run from now on.
+  void show_run(const Handle& run);
+  /// Moves them back to where the document has them.
+  void rest();
+  /// Turns a layer on or off, see scene::set_layer().
+  Result<void> show_layer(std::string_view name, bool is_shown);
+  void explode(double by);  ///< see scene::Extras::explode
+  /// Adds voxels; `map` as the argument `map` of view.render, for the record that is shown.
+  Client::Answer show_map(Map map, Client::Done done = {});
+
+  /// The newest picture; null before the first.
+  [[nodiscard]] PicturePtr picture() const;
+  /// Waits until the present document and the newest wishes are shown exactly. The only error is
+  /// ErrorCode::cancelled.
+  Result<PicturePtr> settle(Progress&);
+
+  /// Delivers results of calls, events and the newest picture, as Client::deliver().
+  bool deliver(std::chrono::microseconds at_most = std::chrono::microseconds(500));
+
+ private:
+  struct State;
+  explicit LiveView(std::shared_ptr<State> state);
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace robomosp::ioci

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lua as the scripting language of clients' sessions (layer: application, lua).
+#include <memory>
+#include <utility>
+
+#include "ioci/client/scripts.h"
+#include "ioci/core/lua_plugins.h"
+#include "kernel/plugin_loader.h"
+#include "lua/lua_state.h"
+
+namespace robomosp::lua {
+namespace {
+
+class ClientScripts final : public ioci::Scripts {
+ public:
+  ClientScripts(ioci::Application& app, ioci::Session& session,
+                std::span<const std::filesystem::path> plugin_path, std::function<void()> wake)
+      : state_(app, session), waking_(state_.wake_to_serve(std::move(wake))) {
+    state_.load_plugins(
+        ioci::lua_plugins(PluginLoader::search_path({plugin_path.begin(), plugin_path.end()})));
+  }
+  Result<List> run_file(const std::filesystem::path& file,
+                        std::span<const std::string> arguments) override {
+    return state_.run_file_values(file, arguments);
+  }
+  void serve() override { state_.serve(); }
+
+ private:
+  LuaState state_;
+  std::shared_ptr<void> waking_;  ///< while it lives, calls wake the client
+};
+
+std::unique_ptr<ioci::Scripts> make_client_scripts(
+    ioci::Application& app, ioci::Session& session,
+    std::span<const std::filesystem::path> plugin_path, std::function<void()> wake) {
+  return std::make_unique<ClientScripts>(app, session, plugin_path, std::move(wake));
+}
+
+const ioci::ScriptLanguage kClientLanguage(&make_client_scripts);
+
+}  // namespace
+}  // namespace robomosp::lua
