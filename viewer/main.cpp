@@ -5,30 +5,31 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <condition_variable>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <signal.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <QMetaObject>
+#include <QObject>
 
-#include "ioci/core/application.h"
-#include "ioci/core/kept_solvers.h"
-#include "ioci/core/lua_plugins.h"
+#include "ioci/client/live_view.h"
+#include "ioci/client/opening.h"
+#include "ioci/client/window_program.h"
 #include "kernel/text.h"
-#include "lua/lua_state.h"
-#include "model/placement.h"
-#include "scene/build.h"
-#include "scene/tool_ellipsoids.h"
-#include "scene/voxels.h"
-#include "sim/simulate.h"
-#include "viewer/scene/playback.h"
+#include "viewer/window/viewer_window.h"
 #include "viewer/window/window.h"
 
 namespace {
@@ -56,7 +57,6 @@ struct Options {
   bool still = false;
   std::filesystem::path script;
   std::vector<std::string> arguments;  ///< of the script
-  recording::RecordingPtr recording;   ///< that the script made last
   std::string render, screenshot;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
@@ -79,164 +79,63 @@ const std::map<std::string, viewer::Camera::View> kViews{
     {"right", viewer::Camera::View::right},         {"top", viewer::Camera::View::top},
     {"bottom", viewer::Camera::View::bottom}};
 
-constexpr std::array kShown{Kind::world, Kind::robot, Kind::object, Kind::solid};
 const std::array kStyles{"smooth", "flat", "wireframe", "hidden_line"};
 const std::array kQualities{"draft", "normal", "high"};
 
-/// Why a material or a trajectory makes no picture.
-Error not_shown(const std::string& what, Kind kind, const std::string& name) {
-  return error(ErrorCode::invalid_argument,
-               text::quote(what) + " is a " + std::string(to_string(kind)) + "; it cannot be shown",
-               kind == Kind::trajectory
-                   ? "Give the world it is meant for, and --play ROBOT " + name + "."
-                   : "Give a world, a robot, an object or a solid.");
-}
+/// The main thread as the host of a view: it waits for results before there is a window, and
+/// receives them in Qt's event loop afterwards.
+class Host {
+ public:
+  /// [any thread]
+  void wake() {
+    const std::lock_guard lock(mutex_);
+    is_woken_ = true;
+    if (post_) post_();
+    else woken_.notify_all();
+  }
+  /// Delivers until `is_so`.
+  void until(ioci::LiveView& view, const std::function<bool()>& is_so) {
+    while (!is_so()) {
+      {
+        std::unique_lock lock(mutex_);
+        woken_.wait(lock, [this] { return is_woken_; });
+        is_woken_ = false;
+      }
+      (void)view.deliver();
+    }
+  }
+  /// From now on wakes are posted by this; null = no longer.
+  void post_by(std::function<void()> post) {
+    const std::lock_guard lock(mutex_);
+    post_ = std::move(post);
+    if (post_ && is_woken_) post_();
+  }
+  /// The result of a call.
+  Result<Value> result(ioci::LiveView& view, const ioci::Client::Answer& answer) {
+    until(view, [&] { return answer.result() != nullptr; });
+    return *answer.result();
+  }
 
-std::vector<std::string> library_names(ioci::Application& app, ioci::Session& session, Kind kind) {
-  std::vector<std::string> names;
-  const auto listed =
-      app.dispatch(session, "library.list", Map{{"kind", std::string(to_string(kind))}});
-  const List* list = listed.ok() ? listed->as_list() : nullptr;
-  if (list == nullptr) return names;
-  for (const Value& name : *list)
-    if (const std::string* word = name.as_string()) names.push_back(*word);
-  return names;
-}
-
-/// The error for a name that is nothing shown, with what may have been meant.
-Error nothing_shown(ioci::Application& app, ioci::Session& session, const std::string& what) {
-  for (const Kind kind : {Kind::material, Kind::trajectory, Kind::task}) {
-    const auto names = library_names(app, session, kind);
-    if (std::find(names.begin(), names.end(), what) != names.end())
-      return not_shown(what, kind, what);
-  }
-  std::vector<std::string> known;
-  for (const Kind kind : kShown) {
-    const auto names = library_names(app, session, kind);
-    known.insert(known.end(), names.begin(), names.end());
-  }
-  std::string hint = text::did_you_mean(what, known);
-  if (hint.empty()) {
-    const auto worlds = library_names(app, session, Kind::world),
-               robots = library_names(app, session, Kind::robot);
-    if (!worlds.empty()) hint = "The library has the worlds " + text::enumerate(worlds) + ".";
-    if (!robots.empty())
-      hint += (hint.empty() ? "The library" : " It") + std::string(" has the robots ") +
-              text::enumerate(robots) + ".";
-  }
-  return error(ErrorCode::unknown_name,
-               "there is no world, robot, object or solid " + text::quote(what), hint);
-}
-
-/// The record to show: a file, or a name of the library tried kind by kind.
-Result<AnyId> open_record(ioci::Application& app, ioci::Session& session, const std::string& what) {
-  const auto id_of = [&](const Value& v) -> Result<AnyId> {
-    const Handle* h = v.as_handle();
-    if (!h) return error(ErrorCode::internal, "loading gave no handle", "Report this.");
-    return ioci::Application::record_id(*app.document.now(), *h);
-  };
-  const std::filesystem::path path(what);
-  if (path.has_extension() || path.has_parent_path()) {
-    RMP_TRY_ASSIGN(const Value loaded, app.dispatch(session, "file.load", Map{{"file", what}}));
-    RMP_TRY_ASSIGN(const AnyId id, id_of(loaded));
-    if (std::find(kShown.begin(), kShown.end(), id.kind) == kShown.end())
-      return not_shown(what, id.kind, app.document.now()->find(id)->name);
-    return id;
-  }
-  for (const Kind kind : kShown) {
-    auto found = app.dispatch(session, std::string(to_string(kind)) + ".get", Map{{"name", what}});
-    if (found.ok()) return id_of(*found);
-    if (found.error().code != ErrorCode::unknown_name && found.error().code != ErrorCode::not_found)
-      return std::move(found).error();
-  }
-  return nothing_shown(app, session, what);
-}
-
-struct Picture {
-  viewer::Frame frame;
-  viewer::Playback playback;
-  scene::MovingEllipsoids ellipsoids;
+ private:
+  std::mutex mutex_;
+  std::condition_variable woken_;
+  bool is_woken_ = false;       // guarded by mutex_
+  std::function<void()> post_;  // guarded by mutex_
 };
 
-/// The simulation that is played or looked into; nothing where nothing moves.
-Result<recording::RecordingPtr> recording_of(ioci::Application& app, AnyId id,
-                                             const Options& options) {
-  if (id.kind != Kind::world) return recording::RecordingPtr{};
-  if (options.recording) return options.recording;
-  NoProgress progress;
-  const auto snapshot = app.document.now();
-  const WorldId world{id.number};
-  const auto* record = snapshot->get(world);
-  std::vector<std::string> play = options.play;
-  if (play.empty() && !options.still && !record->robots.empty() && !record->trajectories.empty())
-    play = {record->robots.front().name, record->trajectories.front().name};
-  if (play.empty()) return recording::RecordingPtr{};
-  const sim::Simulator simulator{app.registry, app.derived, *snapshot};
-  return simulator.inverse_kinematics({.world = world, .robot = play[0], .trajectory = play[1]},
-                                      progress);
+void warn_left_out(const std::string& sentence) {
+  std::fprintf(stderr, "warning: left out: %s\n", sentence.c_str());
 }
 
-/// The robot that a map is of: the one shown, or that of a world which plays or stands first.
-Result<std::pair<RobotId, Pose>> mapped_robot(ioci::Application& app, AnyId id,
-                                              const Options& options) {
-  if (id.kind == Kind::robot) return std::pair{RobotId{id.number}, Pose{}};
-  if (id.kind == Kind::world) {
-    const auto snapshot = app.document.now();
-    for (const auto& r : snapshot->get(WorldId{id.number})->robots)
-      if (options.play.empty() || r.name == options.play[0])
-        return std::pair{r.robot, model::pose(r.placement)};
-  }
-  return error(ErrorCode::invalid_argument, "there is no robot that a map could be of",
-               "Show a robot, or a world with one.", "--map");
-}
-
-/// The recording of the map that is asked for.
-Result<Handle> map_recording(ioci::Application& app, ioci::Session& session, RobotId robot,
-                             const Options& options) {
-  const bool is_reach = options.map == "reachability";
-  const Map args{{"id", ioci::Application::handle(AnyId{Kind::robot, robot.number})}};
-  RMP_TRY_ASSIGN(const Value done,
-                 app.dispatch(session, is_reach ? "robot.reachability" : "robot.workspace", args));
-  return *done.as_map()->find("recording")->as_handle();
-}
-
-/// Adds the map to the scene of a window.
-Result<void> add_map(ioci::Application& app, ioci::Session& session, AnyId id,
-                     const Options& options, render::Scene& scene) {
-  RMP_TRY_ASSIGN(const auto of, mapped_robot(app, id, options));
-  RMP_TRY_ASSIGN(const Handle h, map_recording(app, session, of.first, options));
-  scene::VoxelView view;
-  view.opacity = options.map_opacity;
-  if (!options.cut.empty()) {
-    view.cut.emplace();
-    view.cut->normal[static_cast<std::size_t>(options.cut.back() - 'x')] =
-        options.cut.size() > 1 ? -1 : 1;
-  }
-  return scene::add_voxels(scene, *app.recordings.find(h.number), of.second, view);
-}
-
-Result<Picture> picture(ioci::Application& app, ioci::Session& session, AnyId id,
-                        const Options& options) {
-  NoProgress progress;
-  const auto snapshot = app.document.now();
-  const scene::Source source{*snapshot, app.derived, app.registry};
-  scene::Extras extras;
-  extras.com = options.com;
-  extras.frames = options.frames;
-  extras.explode = options.explode;
-  RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, progress));
-  for (const auto& s : built.left_out) std::fprintf(stderr, "warning: left out: %s\n", s.c_str());
-  Picture p;
-  if (!options.map.empty()) RMP_TRY(add_map(app, session, id, options, built.scene));
-  static_cast<render::Scene&>(p.frame) = std::move(built.scene);
-  RMP_TRY_ASSIGN(const recording::RecordingPtr recording, recording_of(app, id, options));
-  if (recording) {
-    RMP_TRY_ASSIGN(p.playback,
-                   scene::build_playback(source, WorldId{id.number}, *recording, progress));
-  }
-  RMP_TRY_ASSIGN(p.ellipsoids,
-                 scene::MovingEllipsoids::build(source, id, recording.get(), progress));
-  return p;
+/// The argument `map` of pictures, with a recording that is computed now.
+Result<Map> map_of(Host& host, ioci::LiveView& view, const Handle& what, const Options& options) {
+  const std::string robot = options.play.empty() ? "" : options.play[0];
+  RMP_TRY_ASSIGN(const Value recording,
+                 host.result(view, view.compute_map(what, options.map, robot, {})));
+  Map map{{"recording", recording}, {"opacity", options.map_opacity}};
+  if (!options.cut.empty()) map.set("cut", options.cut);
+  if (!robot.empty()) map.set("robot", robot);
+  return map;
 }
 
 /// Finds out before the work whether a picture can be written to `path` afterwards.
@@ -267,12 +166,12 @@ Result<void> check_picture_file(const std::string& option, const std::string& pa
 }
 
 /// The time to show: beyond the end it is the end, with a note.
-double time_shown(double at, const std::vector<double>& times) {
-  if (times.empty()) {
+double time_shown(double at, const ioci::Opened& opened) {
+  if (!opened.recording) {
     std::fprintf(stderr, "warning: --at: nothing moves here, so the time changes nothing.\n");
     return at;
   }
-  const double end = times.back();
+  const double end = opened.to;
   if (at > end) {
     std::fprintf(stderr,
                  "warning: --at: %s s is beyond the end; the motion takes %s s, and its end is "
@@ -283,9 +182,8 @@ double time_shown(double at, const std::vector<double>& times) {
 }
 
 /// Draws to the file by the command that every other front end uses.
-int render(ioci::Application& app, ioci::Session& session, AnyId id, const Options& options) {
-  const std::string kind(to_string(id.kind));
-  Map args{{"id", ioci::Application::handle(id)},
+int render(Host& host, ioci::LiveView& view, const ioci::Opened& opened, const Options& options) {
+  Map args{{"id", opened.what},
            {"file", options.render},
            {"view", options.view},
            {"style", options.style},
@@ -307,122 +205,161 @@ int render(ioci::Application& app, ioci::Session& session, AnyId id, const Optio
   if (!options.ellipsoid.empty()) args.set("ellipsoid", options.ellipsoid);
   if (options.frames) args.set("frames", true);
   if (!options.map.empty()) {
-    const auto of = mapped_robot(app, id, options);
-    if (!of.ok()) return fail(of.error());
-    const auto recording = map_recording(app, session, of->first, options);
-    if (!recording.ok()) return fail(recording.error());
-    Map map{{"recording", *recording}, {"opacity", options.map_opacity}};
-    if (!options.cut.empty()) map.set("cut", options.cut);
-    if (!options.play.empty()) map.set("robot", options.play[0]);
-    args.set("map", std::move(map));
+    auto map = map_of(host, view, opened.what, options);
+    if (!map.ok()) return fail(map.error());
+    args.set("map", std::move(*map));
   }
-  if (options.at || !options.play.empty()) {
-    auto recording = recording_of(app, id, options);
-    if (!recording.ok()) return fail(recording.error());
-    if (options.at) {
-      const double at = time_shown(
-          *options.at, *recording ? (*recording)->columns.front().values : std::vector<double>{});
-      if (*recording) {
-        args.set("recording", Handle{"recording", app.recordings.add(*recording)});
-        args.set("at", at);
-      }
+  if (options.at) {
+    const double at = time_shown(*options.at, opened);
+    if (opened.recording) {
+      args.set("recording", *opened.recording);
+      args.set("at", at);
     }
   }
-  const auto drawn = app.dispatch(session, kind + ".render", args);
+  const auto drawn =
+      host.result(view, view.client().call(opened.what.kind + ".render", std::move(args)));
   if (!drawn.ok()) return fail(drawn.error());
   if (const Map* m = drawn->as_map(); m && m->find("left_out"))
     for (const Value& sentence : *m->find("left_out")->as_list())
-      std::fprintf(stderr, "warning: left out: %s\n", sentence.as_string()->c_str());
+      warn_left_out(*sentence.as_string());
   std::printf("%s\n", options.render.c_str());
   return kOk;
 }
 
-/// Runs the script that is asked for. What it returns is shown, a recording or a record; else the
-/// last recording that it made.
-Result<AnyId> run_script(ioci::Application& app, lua::LuaState& lua, Options& options) {
-  RMP_TRY_ASSIGN(const List returned, lua.run_file_values(options.script, options.arguments));
-  if (const Handle* h = returned.empty() ? nullptr : returned.front().as_handle()) {
-    if (h->kind == "recording") {
-      options.recording = app.recordings.find(h->number);
-      if (options.recording && app.document.now()->get(options.recording->world))
-        return AnyId(options.recording->world);
-      return error(ErrorCode::invalid_argument, "the script returned a recording without a world",
-                   "Return one of a world, or the world itself.", options.script.string());
-    }
-    RMP_TRY_ASSIGN(const AnyId id, ioci::Application::record_id(*app.document.now(), *h));
-    if (std::find(kShown.begin(), kShown.end(), id.kind) == kShown.end())
-      return not_shown(app.document.now()->find(id)->name, id.kind,
-                       app.document.now()->find(id)->name);
-    options.still = true;
-    return id;
+/// Connects the window to the view while it lives.
+class Connection {
+ public:
+  Connection(Host& host, ioci::LiveView& view, const ioci::Opened& opened)
+      : host_(host), view_(view), opened_(opened) {}
+  ~Connection() { host_.post_by({}); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  void open(viewer::ViewerWindow& window, const Options& options) {
+    window_ = &window;
+    if (opened_.recording)
+      window.on_time = [this](double time) { view_.show_recording(*opened_.recording, time); };
+    if (opened_.what.kind == "world" || opened_.what.kind == "robot")
+      window.set_layers([this](const std::string& layer, bool is_shown) {
+        if (const auto shown = view_.show_layer(layer, is_shown); !shown.ok()) fail(shown.error());
+      });
+    for (const char* which : {"velocity", "force"})
+      if (options.ellipsoid == which || options.ellipsoid == "both")
+        window.check_layer(std::string(which) + "_ellipsoids");
+    if (options.at) window.set_time(*options.at);
+    host_.post_by([this] {
+      QMetaObject::invokeMethod(
+          &receiver_, [this] { (void)view_.deliver(); }, Qt::QueuedConnection);
+    });
   }
-  for (const auto& [number, recording] : app.recordings.list())
-    if (app.document.now()->get(recording->world)) options.recording = recording;
-  if (options.recording) return AnyId(options.recording->world);
-  return error(ErrorCode::invalid_argument, "the script made no recording of a world",
-               "Let it simulate, world.simulate_physics{...}, say, without removing the recording, "
-               "or return what is to be shown.",
-               options.script.string());
+  void show(const ioci::LiveView::Picture& picture) {
+    if (window_) window_->update_scene(picture.scene, picture.only_moved);
+  }
+
+ private:
+  Host& host_;
+  ioci::LiveView& view_;
+  const ioci::Opened opened_;
+  viewer::ViewerWindow* window_ = nullptr;
+  QObject receiver_;  ///< of posted wakes; it may outlive the QApplication
+};
+
+int run_in_window(Host& host, ioci::LiveView& view, const ioci::Opened& opened, Options options,
+                  std::function<void(const ioci::LiveView::PicturePtr&)>& on_picture) {
+  if (options.at) options.at = time_shown(*options.at, opened);
+  view.show(opened.what);
+  if (opened.recording) view.show_recording(*opened.recording, options.at.value_or(opened.from));
+  if (!options.map.empty()) {
+    auto map = map_of(host, view, opened.what, options);
+    if (!map.ok()) return fail(map.error());
+    const auto shown = host.result(view, view.show_map(std::move(*map)));
+    if (!shown.ok()) return fail(shown.error());
+  }
+  NoProgress progress;
+  const auto settled = view.settle(progress);
+  if (!settled.ok()) return fail(settled.error());
+  const ioci::LiveView::Picture& first = **settled;
+  if (first.frame->failure) return fail(*first.frame->failure);
+  for (const std::string& sentence : first.left_out) warn_left_out(sentence);
+
+  viewer::Frame frame;
+  static_cast<render::Scene&>(frame) = first.scene;
+  frame.camera.view = kViews.at(options.view);
+  frame.camera.perspective = !options.orthographic;
+  frame.camera.zoom = options.zoom;
+  if (options.eye) {
+    frame.camera.view = viewer::Camera::View::custom;
+    frame.camera.eye = options.eye;
+    frame.camera.target = options.target;
+  }
+  const auto style = std::find(kStyles.begin(), kStyles.end(), options.style) - kStyles.begin();
+  frame.style = static_cast<viewer::Style>(style);
+  frame.feature_edges = !options.no_edges;
+  frame.hidden_edges = options.hidden;
+  viewer::Playback timeline;  // of times only: the view moves the scene
+  if (opened.recording && opened.to > opened.from) timeline.times = {opened.from, opened.to};
+  viewer::WindowOptions window;
+  window.title = opened.name + " - ROBOMOSP";
+  window.play = !timeline.times.empty();
+  window.screenshot = options.screenshot;
+  Connection connection(host, view, opened);
+  window.on_open = [&](viewer::ViewerWindow& w) { connection.open(w, options); };
+  on_picture = [&](const ioci::LiveView::PicturePtr& p) { connection.show(*p); };
+  const int status = viewer::run_window(frame, timeline, window);
+  on_picture = {};
+  return status;
 }
 
 int run(Options options) {
   // First of all, as it forks and the application has threads.
-  if (options.render.empty()) {
+  const bool has_window = options.render.empty();
+  if (has_window) {
     if (const auto display = viewer::check_display(); !display.ok()) {
       fail(display.error());
       return kFailed;
     }
   }
-  auto made = ioci::Application::create(
-      {.plugin_path = options.plugin_path,
-       .library = options.library,
-       .kept_geometry = FileCache::user_folder(),
-       .kept_geometry_limit = FileCache::user_limit(),
-       .recovery = options.render.empty() ? io::recovery_folder() : std::filesystem::path()});
-  if (!made.ok()) return fail(made.error());
-  ioci::Application& app = **made;
-  // As in the console: what was not as asked for is told on standard error.
-  const auto tell = [](const Message& m) {
+  ioci::WindowProgramOptions program;
+  program.plugin_path = options.plugin_path;
+  program.library = options.library;
+  program.keeps_unsaved = has_window;
+  program.trusts_scripts = options.trust;
+  // As in the console: warnings are printed on standard error.
+  program.on_message = [](const Message& m) {
     if (m.severity >= Severity::warning)
       std::fprintf(stderr, "warning: %s\n", text::visible(m.text).c_str());
   };
-  for (const Message& m : app.messages.recent()) tell(m);
-  (void)app.messages.subscribe(tell);
-  if (options.trust) app.kept_solvers->trust_all();
-  ioci::Session session("desktop", ioci::SessionKind::window);
-  lua::LuaState lua(app, session);
-  lua.load_plugins(ioci::lua_plugins(PluginLoader::search_path(options.plugin_path)));
-  auto id = options.script.empty() ? open_record(app, session, options.what)
-                                   : run_script(app, lua, options);
-  if (!id.ok()) return fail(id.error());
-  if (!options.render.empty()) return render(app, session, *id, options);
-  auto built = picture(app, session, *id, options);
-  if (!built.ok()) return fail(built.error());
-  Picture p = std::move(built).value();
-  p.frame.camera.view = kViews.at(options.view);
-  p.frame.camera.perspective = !options.orthographic;
-  p.frame.camera.zoom = options.zoom;
-  if (options.eye) {
-    p.frame.camera.view = viewer::Camera::View::custom;
-    p.frame.camera.eye = options.eye;
-    p.frame.camera.target = options.target;
-  }
-  const auto style = std::find(kStyles.begin(), kStyles.end(), options.style) - kStyles.begin();
-  p.frame.style = static_cast<viewer::Style>(style);
-  p.frame.feature_edges = !options.no_edges;
-  p.frame.hidden_edges = options.hidden;
-  if (options.at) scene::pose_at(p.frame, p.playback, time_shown(*options.at, p.playback.times));
-  viewer::WindowOptions window;
-  window.title = app.document.now()->find(*id)->name + " - ROBOMOSP";
-  window.play = !p.playback.times.empty();
-  window.screenshot = options.screenshot;
-  if (!p.ellipsoids.empty())
-    window.ellipsoids = [&p](double time, bool velocity, bool force) {
-      return p.ellipsoids.at(time, {velocity, force});
-    };
-  window.velocity_ellipsoid = options.ellipsoid == "velocity" || options.ellipsoid == "both";
-  window.force_ellipsoid = options.ellipsoid == "force" || options.ellipsoid == "both";
-  return viewer::run_window(p.frame, p.playback, window);
+  const auto app = ioci::start_window_program(std::move(program));
+  if (!app.ok()) return fail(app.error());
+
+  Host host;
+  std::function<void(const ioci::LiveView::PicturePtr&)> on_picture;
+  ioci::LiveView::Options wanted;
+  wanted.name = "desktop";
+  wanted.wake = [&host] { host.wake(); };
+  wanted.on_picture = [&on_picture](const ioci::LiveView::PicturePtr& p) {
+    if (on_picture) on_picture(p);
+  };
+  wanted.extras.com = options.com;
+  wanted.extras.frames = options.frames;
+  wanted.extras.explode = options.explode;
+  wanted.plugin_path = options.plugin_path;
+  const auto view = ioci::LiveView::open(**app, std::move(wanted));
+  if (!view.ok()) return fail(view.error());
+
+  ioci::OpenRequest request;
+  request.what = options.what;
+  request.script = options.script;
+  request.arguments = options.arguments;
+  request.play = options.play;
+  request.simulates = !options.still && (has_window || options.at || !options.play.empty());
+  std::optional<Result<ioci::Opened>> opened;
+  (void)(*view)->open_record(std::move(request),
+                             [&](const Result<ioci::Opened>& r) { opened.emplace(r); });
+  host.until(**view, [&] { return opened.has_value(); });
+  if (!opened->ok()) return fail(opened->error());
+  return has_window ? run_in_window(host, **view, **opened, std::move(options), on_picture)
+                    : render(host, **view, **opened, options);
 }
 
 /// The options that CLI11 would explain badly, as they were typed.

@@ -131,6 +131,7 @@ struct Rules {
   std::map<std::string, Names> edges;
   std::map<std::string, Names> rooms;  // "ioci/core" -> rooms of its module
   Names sdk_only;
+  Names viewer;  // all that viewer/ may include: modules, or folders of them
   std::vector<std::pair<std::string, Names>>
       homes;              // in order; the first pattern that matches decides
   Names thread_starters;  // what their paths begin with
@@ -156,6 +157,8 @@ struct Rules {
         rules.rooms[subject] = names;
       } else if (word == "sdk_only") {
         rules.sdk_only = names;
+      } else if (word == "viewer" && subject == "may_include") {
+        rules.viewer = names;
       } else if (word == "home") {
         rules.homes.emplace_back(subject, names);
       } else if (word == "thread" && !names.empty()) {  // with a reason
@@ -238,7 +241,6 @@ std::optional<std::string> fault_of_room(const Rules& rules, const std::string& 
 /// Why this include breaks the rule; nullopt when it does not.
 std::optional<std::string> fault(const Rules& rules, const Include& i) {
   const std::string area = top(i.file);
-  if (area == "viewer") return std::nullopt;
   if (std::find(kStandard.begin(), kStandard.end(), i.target) != kStandard.end())
     return std::nullopt;
   if (i.target.starts_with("robomosp/sdk/")) {
@@ -249,6 +251,13 @@ std::optional<std::string> fault(const Rules& rules, const Include& i) {
   if (i.angled) return fault_of_library(rules, i);
   if (i.neighbour) return std::nullopt;
   const std::string to = top(i.target);
+  if (area == "viewer") {
+    if (to == area || contains(rules.viewer, to) || contains(rules.viewer, room_of(i.target)))
+      return std::nullopt;
+    std::string allowed;
+    for (const std::string& name : rules.viewer) allowed += " " + name + "/";
+    return "viewer/ may include only its own files and" + allowed;
+  }
   // Plugins made outside of the tree may use what is installed with the SDK.
   if (i.file.starts_with("sdk/examples/") && contains(rules.sdk_only, to)) return std::nullopt;
   if (area == "sdk") return "the SDK includes only the standard library and itself";
@@ -502,6 +511,19 @@ TEST(Layers, EachBrokenRuleIsDetected) {
   EXPECT_EQ(check("plugins/ik_numeric/search.cpp", "#include \"spatial/pose.h\""), "fine");
   EXPECT_EQ(check("sdk/include/robomosp/sdk/eigen.h", "#include <Eigen/Core>"), "fine");
   EXPECT_EQ(check("viewer/main.cpp", "#include <QApplication>"), "fine");
+  for (const char* line :
+       {"#include \"viewer/frame.h\"", "#include \"kernel/text.h\"", "#include \"scene/frame.h\"",
+        "#include \"ioci/client/live_view.h\"", "#include <CLI/CLI.hpp>", "#include <unistd.h>"})
+    EXPECT_EQ(check("viewer/main.cpp", line), "fine") << line;
+  for (const char* line :
+       {"#include \"sim/simulate.h\"", "#include \"model/placement.h\"",
+        "#include \"ioci/core/application.h\"", "#include \"ioci/view/picture.h\"",
+        "#include \"lua/lua_state.h\"", "#include \"document/document.h\""})
+    EXPECT_EQ(check("viewer/main.cpp", line),
+              "viewer/ may include only its own files and kernel/ scene/ ioci/client/")
+        << line;
+  EXPECT_NE(check("viewer/main.cpp", "#include <lua.hpp>"), "fine");
+  EXPECT_NE(check("viewer/main.cpp", "#include <nlohmann/json.hpp>"), "fine");
 }
 
 }  // namespace

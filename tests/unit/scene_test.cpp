@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "model/placement.h"
-#include "scene/tool_ellipsoids.h"
+#include "scene/motion.h"
 #include "spatial/pose.h"
 #include "support/workbench.h"
 
@@ -309,8 +309,9 @@ recording::Recording joint_recording(const std::string& robot, std::vector<doubl
   return r;
 }
 
-// Whatever moves there the ellipsoids are those of a robot that stands so.
-TEST(MovingEllipsoids, AreThoseOfTheRobotWhereItIsAtTheTime) {
+// A recording moves the ellipsoids with the robot: they are those of the robot at these joint
+// values.
+TEST(Ellipsoids, FollowTheRobotOfARecording) {
   Workbench bench;
   NoProgress progress;
   const AnyId id = bench.load("worlds/puma560.wld");
@@ -320,37 +321,32 @@ TEST(MovingEllipsoids, AreThoseOfTheRobotWhereItIsAtTheTime) {
   const std::vector<double> a{0.1, -0.8, 0.3, 0.2, 0.6, 0}, b{0.5, -0.4, 0.7, 0.2, 1, 0.4},
       middle{0.3, -0.6, 0.5, 0.2, 0.8, 0.2};
   const auto recording = joint_recording(placed.name, {0, 2}, {a, b});
-  const auto moving = unwrap(MovingEllipsoids::build(source, id, &recording, progress));
-  const ShownEllipsoids both{true, true};
   Extras extras;
-  extras.ellipsoids = both;
+  extras.ellipsoids = {true, true};
+  const auto ellipsoid_in = [](const render::Scene& scene, const std::string& ending) {
+    const auto at = std::find_if(scene.items.begin(), scene.items.end(),
+                                 [&](const auto& i) { return i.name.ends_with(ending); });
+    return at == scene.items.end() ? render::Item{} : *at;
+  };
   for (const auto& [time, q] : {std::pair(0.0, a), {1.0, middle}, {5.0, b}}) {
     extras.q = q;
     const Built still = unwrap(build(source, placed.robot, extras, progress));
-    const auto items = moving.at(time, both);
-    ASSERT_EQ(items.size(), 2U);
-    for (std::size_t k = 0; k < 2; ++k) {
-      const std::string ending = k == 0 ? " velocity ellipsoid" : " force ellipsoid";
-      EXPECT_EQ(items[k].name, placed.name + ending);
-      const auto same = std::find_if(still.scene.items.begin(), still.scene.items.end(),
-                                     [&](const auto& i) { return i.name.ends_with(ending); });
-      ASSERT_NE(same, still.scene.items.end());
-      const Pose expected = spatial::compose(model::pose(placed.placement), same->pose);
-      EXPECT_LT(spatial::distance(items[k].pose.p, expected.p), 1e-12);
-      for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(items[k].pose.R[i], expected.R[i], 1e-9);
-      ASSERT_EQ(items[k].mesh->positions.size(), same->mesh->positions.size());
-      for (std::size_t v = 0; v < same->mesh->positions.size(); ++v)
-        EXPECT_NEAR(items[k].mesh->positions[v], same->mesh->positions[v], 1e-6F);
+    const auto motion = std::make_shared<const Motion>(
+        unwrap(motion_at(*snapshot, WorldId{id.number}, recording, time)));
+    const Built moved = unwrap(build(source, id, extras, progress, motion));
+    for (const std::string ending : {" velocity ellipsoid", " force ellipsoid"}) {
+      const render::Item item = ellipsoid_in(moved.scene, ending),
+                         same = ellipsoid_in(still.scene, ending);
+      ASSERT_TRUE(item.mesh && same.mesh) << ending;
+      EXPECT_EQ(item.name, placed.name + ending);
+      const Pose expected = spatial::compose(model::pose(placed.placement), same.pose);
+      EXPECT_LT(spatial::distance(item.pose.p, expected.p), 1e-12);
+      for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(item.pose.R[i], expected.R[i], 1e-9);
+      ASSERT_EQ(item.mesh->positions.size(), same.mesh->positions.size());
+      for (std::size_t v = 0; v < same.mesh->positions.size(); ++v)
+        EXPECT_NEAR(item.mesh->positions[v], same.mesh->positions[v], 1e-6F);
     }
   }
-  EXPECT_EQ(moving.at(0, {true, false}).size(), 1U);
-  EXPECT_TRUE(moving.at(0, {}).empty());
-  // In the world as it stands it has the ids of the picture, so that it takes their place.
-  extras.q = {};
-  const Built world = unwrap(build(source, id, extras, progress));
-  for (const auto& item : moving.at(0, both))
-    EXPECT_TRUE(std::any_of(world.scene.items.begin(), world.scene.items.end(),
-                            [&](const auto& i) { return i.id == item.id; }));
 }
 
 }  // namespace

@@ -74,7 +74,8 @@ TEST(Program, ANameThatIsNothingShownIsAnsweredOverAllKinds) {
          "\"pa10_circle\"?");
   expect("puma56" + render(), 3, "Did you mean \"puma560\"?");
   expect("steel" + render(), 3, "\"steel\" is a material; it cannot be shown.");
-  expect("pa10_circle --play nobody circle" + render(), 3, "has no robot \"nobody\"");
+  expect("pa10_circle --play nobody circle" + render(), 3,
+         "there is no robot \"nobody\" in the world. There is pa10.");
 }
 
 TEST(Program, AScriptThatIsMissingOrMakesNoRecordingIsTold) {
@@ -246,7 +247,7 @@ TEST(Program, AMapStandsAroundARobot) {
   EXPECT_TRUE(std::filesystem::exists(file));
   std::filesystem::remove(file);
   expect("mechanisms --map manipulability --play nobody path" + render(), 3,
-         "there is no robot that a map could be of");
+         "there is no robot \"nobody\" in the world");
 }
 
 }  // namespace

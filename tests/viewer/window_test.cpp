@@ -209,49 +209,65 @@ TEST_F(Window, ThePictureIsNotBlankAndFollowsASwitch) {
   EXPECT_NE(view().shown(), with_grid);
 }
 
-TEST_F(Window, EllipsoidsFollowTheRobotWhileTheMenuShowsThem) {
+TEST_F(Window, TheMenuTurnsLayersOnAndOff) {
   auto* velocity = window->findChild<QAction*>("show_velocity_ellipsoid");
   auto* force = window->findChild<QAction*>("show_force_ellipsoid");
   ASSERT_TRUE(velocity && force);
-  EXPECT_FALSE(velocity->isEnabled()) << "nothing has ellipsoids here";
-  struct Asked {
-    double time;
-    bool velocity, force;
-  };
-  std::vector<Asked> asked;
-  // A ball in front of everything, at a height that shows the time.
-  window->set_ellipsoids([&](double time, bool v, bool f) {
-    asked.push_back({time, v, f});
-    Item ball = synthetic::robot_cell().items.front();
-    ball.id = 77001;
-    ball.name = "ellipsoid";
-    ball.pose.p = {0, -3, 0.5 + time};
-    return std::vector<Item>{ball};
-  });
-  EXPECT_TRUE(velocity->isEnabled());
+  EXPECT_FALSE(velocity->isEnabled()) << "no scene has layers here";
+  std::vector<std::pair<std::string, bool>> asked;
+  window->set_layers(
+      [&](const std::string& layer, bool is_shown) { asked.emplace_back(layer, is_shown); });
+  EXPECT_TRUE(velocity->isEnabled() && force->isEnabled());
   EXPECT_TRUE(asked.empty()) << "nobody wants to see them yet";
-  const QImage before = view().shown();
   velocity->trigger();
-  ASSERT_EQ(asked.size(), 1U);
-  EXPECT_TRUE(asked[0].velocity);
-  EXPECT_FALSE(asked[0].force);
+  window->check_layer("force_ellipsoids");
+  velocity->trigger();
+  EXPECT_EQ(asked, (std::vector<std::pair<std::string, bool>>{{"velocity_ellipsoids", true},
+                                                              {"force_ellipsoids", true},
+                                                              {"velocity_ellipsoids", false}}));
+  window->set_layers({});
+  EXPECT_FALSE(force->isEnabled());
+}
+
+TEST_F(Window, ALiveSceneMovesAndChangesAndKeepsWhatTheUserChose) {
+  // A timeline without poses: whoever hears the time moves the scene.
+  Playback timeline;
+  timeline.times = {0, 2};
+  window->set_playback(timeline);
+  std::vector<double> times;
+  window->on_time = [&](double time) {
+    times.push_back(time);
+    window->update_scene(synthetic::robot_cell(time), true);
+  };
+  QTest::mouseClick(&view(), Qt::LeftButton, {}, place_of({0.92, -0.45, 0.34}));
+  ASSERT_EQ(window->selected_name(), "table");
+  window->findChild<QAction*>("style_flat")->trigger();
+  drag(Qt::LeftButton, Qt::NoModifier, {300, 300}, {40, 20});
+  window->update_scene(synthetic::robot_cell(), true);
+  settle();
+  const OrbitCamera camera = view().camera();
+  const QImage before = view().shown();
+  window->findChild<QSlider*>("timeline")->setValue(5000);
+  ASSERT_EQ(times.size(), 1U);
+  EXPECT_NEAR(times[0], 1, 1e-9);
   settle();
   EXPECT_NE(view().shown(), before);
-  window->findChild<QSlider*>("timeline")->setValue(5000);
-  ASSERT_EQ(asked.size(), 2U);
-  EXPECT_NEAR(asked[1].time, 1, 1e-9);
-  force->trigger();
-  EXPECT_TRUE(asked.back().velocity && asked.back().force);
-  window->play(true);
-  ASSERT_TRUE(QTest::qWaitFor([&] { return asked.back().time > 1.2; }, 20000));
-  window->play(false);
-  velocity->trigger();
-  force->trigger();
-  const std::size_t count = asked.size();
+  EXPECT_EQ(window->selected_name(), "table");
+  EXPECT_TRUE(window->findChild<QAction*>("style_flat")->isChecked());
+  EXPECT_NEAR(norm(view().camera().eye() - camera.eye()), 0, 1e-12);
   window->set_time(0);
-  EXPECT_EQ(asked.size(), count) << "hidden ones cost nothing";
   settle();
   EXPECT_EQ(view().shown(), before);
+  window->play(true);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return times.back() > 0.2; }, 20000));
+  window->play(false);
+  // An item that is removed leaves the list of objects.
+  const auto* list = window->findChild<QTreeWidget*>("objects");
+  const int count = list->topLevelItemCount();
+  Frame less = synthetic::robot_cell();
+  less.items.pop_back();
+  window->update_scene(less, false);
+  EXPECT_EQ(list->topLevelItemCount(), count - 1);
 }
 
 TEST_F(Window, TheMenuChoosesTheDrawingStyle) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -247,44 +248,38 @@ void ViewerWindow::make_section_menu(QMenu* menu) {
 
 void ViewerWindow::make_ellipsoid_actions(QMenu* menu) {
   menu->setObjectName("ellipsoid_menu");
-  const auto add = [&](const char* name, const char* text, const char* key, const char* tip) {
+  const auto add = [&](const char* name, const char* text, const char* key, const char* tip,
+                       const char* layer) {
     QAction* action = menu->addAction(text);
     action->setObjectName(name);
     action->setCheckable(true);
     action->setEnabled(false);
     action->setShortcut(QKeySequence(key));
     action->setStatusTip(tip);
-    connect(action, &QAction::toggled, this, [this] { show_frame(); });
+    connect(action, &QAction::toggled, this, [this, layer](bool on) {
+      if (show_layer_) show_layer_(layer, on);
+    });
     return action;
   };
-  velocity_ellipsoid_ = add("show_velocity_ellipsoid", "&Velocity ellipsoid", "Ctrl+E",
-                            "Velocities of the tool for joint speeds of length 1");
+  velocity_ellipsoid_ =
+      add("show_velocity_ellipsoid", "&Velocity ellipsoid", "Ctrl+E",
+          "Velocities of the tool for joint speeds of length 1", "velocity_ellipsoids");
   force_ellipsoid_ = add("show_force_ellipsoid", "&Force ellipsoid", "Ctrl+Shift+E",
-                         "Forces of the tool for joint torques of length 1");
+                         "Forces of the tool for joint torques of length 1", "force_ellipsoids");
 }
 
-void ViewerWindow::set_ellipsoids(Ellipsoids at) {
-  ellipsoids_ = std::move(at);
+void ViewerWindow::set_layers(std::function<void(const std::string& layer, bool is_shown)> show) {
+  show_layer_ = std::move(show);
   for (QAction* action : {velocity_ellipsoid_, force_ellipsoid_})
-    action->setEnabled(static_cast<bool>(ellipsoids_));
-  show_frame();
+    action->setEnabled(static_cast<bool>(show_layer_));
 }
 
-bool ViewerWindow::shows_ellipsoids() const {
-  return ellipsoids_ && (velocity_ellipsoid_->isChecked() || force_ellipsoid_->isChecked());
+void ViewerWindow::check_layer(const std::string& layer) {
+  if (layer == "velocity_ellipsoids") velocity_ellipsoid_->setChecked(show_layer_ != nullptr);
+  if (layer == "force_ellipsoids") force_ellipsoid_->setChecked(show_layer_ != nullptr);
 }
 
-void ViewerWindow::show_frame() {
-  if (!shows_ellipsoids()) {
-    display_->set_frame(frame_);
-    return;
-  }
-  Frame whole = frame_;
-  for (Item& item :
-       ellipsoids_(time_, velocity_ellipsoid_->isChecked(), force_ellipsoid_->isChecked()))
-    whole.items.push_back(std::move(item));
-  display_->set_frame(whole);
-}
+void ViewerWindow::show_frame() { display_->set_frame(frame_); }
 
 void ViewerWindow::choose_section() {
   is_section_chosen_ = true;
@@ -409,14 +404,7 @@ void ViewerWindow::set_frame(const Frame& frame) {
   }
   if (is_section_chosen_) frame_.section = section;
   show_frame();
-  const QSignalBlocker blocked(objects_);
-  objects_->clear();
-  for (const Item& item : frame.items) {
-    auto* row = new QTreeWidgetItem(objects_, {QString::fromStdString(item.name)});
-    row->setData(0, Qt::UserRole, QVariant::fromValue<qulonglong>(item.id));
-    row->setIcon(0, swatch(item.appearance.colour));
-    row->setSelected(item.selected);
-  }
+  list_objects();
   for (const auto& [name, flag] : {std::pair{"show_grid", &Frame::grid},
                                    {"show_axes", &Frame::world_axes},
                                    {"show_edges", &Frame::feature_edges},
@@ -429,6 +417,34 @@ void ViewerWindow::set_frame(const Frame& frame) {
   show_style_and_section();
   const QSignalBlocker quiet(perspective_);
   perspective_->setChecked(display_->camera().perspective());
+}
+
+void ViewerWindow::list_objects() {
+  const QSignalBlocker blocked(objects_);
+  objects_->clear();
+  for (const Item& item : frame_.items) {
+    auto* row = new QTreeWidgetItem(objects_, {QString::fromStdString(item.name)});
+    row->setData(0, Qt::UserRole, QVariant::fromValue<qulonglong>(item.id));
+    row->setIcon(0, swatch(item.appearance.colour));
+    row->setSelected(item.selected);
+  }
+}
+
+void ViewerWindow::update_scene(const render::Scene& scene, bool only_moved) {
+  std::set<std::uint64_t> selected;
+  for (const QTreeWidgetItem* row : objects_->selectedItems())
+    selected.insert(row->data(0, Qt::UserRole).toULongLong());
+  const auto is_same_row = [](const Item& a, const Item& b) {
+    const Colour &x = a.appearance.colour, &y = b.appearance.colour;
+    return a.id == b.id && a.name == b.name && x.r == y.r && x.g == y.g && x.b == y.b;
+  };
+  const bool has_same_rows =
+      only_moved || std::equal(frame_.items.begin(), frame_.items.end(), scene.items.begin(),
+                               scene.items.end(), is_same_row);
+  static_cast<render::Scene&>(frame_) = scene;
+  for (Item& item : frame_.items) item.selected = selected.contains(item.id);
+  show_frame();
+  if (!has_same_rows) list_objects();
 }
 
 void ViewerWindow::set_playback(const Playback& playback) {
@@ -445,16 +461,16 @@ void ViewerWindow::set_playback(const Playback& playback) {
   slider_->setEnabled(has_motion);
   speeds_->setEnabled(has_motion);
   time_ = playback_->times.empty() ? 0 : playback_->times.front();
-  if (has_motion) display_->set_time(time_);
+  if (has_motion && !playback_->ids.empty()) display_->set_time(time_);
   show_time();
 }
 
 void ViewerWindow::set_time(double time) {
   if (playback_->times.empty() || !std::isfinite(time)) return;
   time_ = std::clamp(time, playback_->times.front(), playback_->times.back());
-  display_->set_time(time_);
-  if (shows_ellipsoids()) show_frame();
+  if (!playback_->ids.empty()) display_->set_time(time_);
   show_time();
+  if (on_time) on_time(time_);
 }
 
 void ViewerWindow::play(bool on) {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <vector>
+#include <string>
 
 #include <QElapsedTimer>
 #include <QMainWindow>
@@ -32,12 +32,16 @@ class ViewerWindow : public QMainWindow {
   ~ViewerWindow() override;
 
   void set_frame(const Frame& frame);
+  /// Replaces only what is drawn, as a live scene changes: look, camera and selection stay.
+  /// `only_moved` = the same items in other poses.
+  void update_scene(const render::Scene& scene, bool only_moved);
   /// An unusable playback is rejected with a message in the status bar.
   void set_playback(const Playback& playback);
-  /// Returns the ellipsoids of velocity and force at a time [s]; null = the scene has none.
-  using Ellipsoids = std::function<std::vector<Item>(double time, bool velocity, bool force)>;
-  void set_ellipsoids(Ellipsoids at);
-  void set_time(double time);  ///< [s], clamped to the range of the playback
+  /// Enables the menu entries of the layers "velocity_ellipsoids" and "force_ellipsoids", which
+  /// `show` turns on or off; the scene with them comes by update_scene(). Null disables them.
+  void set_layers(std::function<void(const std::string& layer, bool is_shown)> show);
+  void check_layer(const std::string& layer);  ///< as the user does in the menu
+  void set_time(double time);                  ///< [s], clamped to the range of the playback
   void play(bool on);
   void set_speed(double speed);  ///< playback seconds per second
 
@@ -48,6 +52,8 @@ class ViewerWindow : public QMainWindow {
   [[nodiscard]] QString selected_name() const;
 
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click in the picture
+  /// After each change of the time [s], for a scene that moves by update_scene().
+  std::function<void(double time)> on_time;
 
  private:
   void make_actions();
@@ -58,9 +64,8 @@ class ViewerWindow : public QMainWindow {
   void make_style_menu(QMenu* menu);
   void make_section_menu(QMenu* menu);
   void make_ellipsoid_actions(QMenu* menu);
-  /// Passes the frame to the display, with the selected ellipsoids.
   void show_frame();
-  [[nodiscard]] bool shows_ellipsoids() const;
+  void list_objects();
   /// Checks the menu entries that match the frame.
   void show_style_and_section();
   /// Cuts with the plane selected by the checked actions of the section menu.
@@ -92,7 +97,7 @@ class ViewerWindow : public QMainWindow {
   QAction* hidden_edges_ = nullptr;
   QAction* velocity_ellipsoid_ = nullptr;
   QAction* force_ellipsoid_ = nullptr;
-  Ellipsoids ellipsoids_;
+  std::function<void(const std::string& layer, bool is_shown)> show_layer_;
   bool is_style_chosen_ = false, is_section_chosen_ = false;  ///< in this window's menus
   double section_share_ = 0.5;  ///< position of the plane along the box of all items, as a fraction
   QToolBar* bar_ = nullptr;

@@ -127,10 +127,7 @@ int run_window(const Frame& frame, const Playback& playback, const WindowOptions
   window.on_pick = options.on_pick;
   window.set_frame(frame);
   window.set_playback(playback);
-  window.set_ellipsoids(options.ellipsoids);
-  for (const auto& [name, on] : {std::pair{"show_velocity_ellipsoid", options.velocity_ellipsoid},
-                                 {"show_force_ellipsoid", options.force_ellipsoid}})
-    window.findChild<QAction*>(name)->setChecked(on && options.ellipsoids);
+  if (options.on_open) options.on_open(window);
   window.set_speed(options.speed);
   if (auto* refine = window.findChild<QAction*>("refine")) refine->setChecked(options.refine);
   window.show();

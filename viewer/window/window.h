@@ -7,7 +7,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <robomosp/sdk/result.h>
 
@@ -17,6 +16,8 @@
 class QWidget;
 
 namespace robomosp::viewer {
+
+class ViewerWindow;
 
 /// Options of a window.
 struct WindowOptions {
@@ -30,9 +31,8 @@ struct WindowOptions {
   std::string screenshot;          ///< PNG file of the whole window; empty: none
   double screenshot_after = 1.0;   ///< earliest time of the screenshot, after which the program
                                    ///< ends [s]
-  /// Ellipsoids of velocity and force at a time [s], for the menu; null = there are none.
-  std::function<std::vector<Item>(double time, bool velocity, bool force)> ellipsoids;
-  bool velocity_ellipsoid = false, force_ellipsoid = false;  ///< shown initially
+  /// Called before the window is shown, such as to connect it to a live scene.
+  std::function<void(ViewerWindow& window)> on_open;
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click; nothing = background
   std::function<void(QWidget& window)> on_shown;     ///< once the first picture is on the screen
 };
