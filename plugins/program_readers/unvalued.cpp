@@ -36,6 +36,16 @@ std::set<std::string> names_in(std::string_view s) {
   }
   return out;
 }
+/// A name as the source may have it: IRL adds "_2" where names meet, and has no "." within them.
+bool is_in_source(std::string_view source, const std::string& name) {
+  std::string in_source = lower(source), own = lower(name);
+  for (char& c : in_source)
+    if (!is_part_of_word(c)) c = '_';
+  if (in_source == own) return true;
+  const std::size_t last = own.find_last_not_of("0123456789");
+  return last != std::string::npos && last + 1 < own.size() && own[last] == '_' &&
+         in_source == own.substr(0, last);
+}
 struct TargetGift {
   std::string to, part;  ///< "p", and "POS.X" or nothing
   std::set<std::string> from;
@@ -117,7 +127,7 @@ void Reader::check_targets() {
       const bool is_gift = begin == sign && !to.empty();
       for (auto it = open.begin(); it != open.end();) {
         const bool is_here = std::any_of(from.begin(), from.end(), [&](const std::string& n) {
-          return s.starts_with('{') ? lower(n) == lower(it->first) : n == it->first;
+          return s.starts_with('{') ? is_in_source(n, it->first) : n == it->first;
         });
         // A call may give it a value; a statement that is not read has its own error.
         const bool is_lost =
