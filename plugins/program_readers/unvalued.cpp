@@ -36,15 +36,18 @@ std::set<std::string> names_in(std::string_view s) {
   }
   return out;
 }
-/// A name as the source may have it: IRL adds "_2" where names meet, and has no "." within them.
-bool is_in_source(std::string_view source, const std::string& name) {
-  std::string in_source = lower(source), own = lower(name);
-  for (char& c : in_source)
+/// A word of the source as IRL writes names: lower case, without "." within them.
+std::string as_in_irl(std::string_view word) {
+  std::string out = lower(word);
+  for (char& c : out)
     if (!is_part_of_word(c)) c = '_';
-  if (in_source == own) return true;
-  const std::size_t last = own.find_last_not_of("0123456789");
-  return last != std::string::npos && last + 1 < own.size() && own[last] == '_' &&
-         in_source == own.substr(0, last);
+  return out;
+}
+/// Without the number that IRL adds where names meet: "p_2" is the p of a part of the source.
+std::string without_number(const std::string& name) {
+  const std::size_t last = name.find_last_not_of("0123456789");
+  const bool has_one = last != std::string::npos && last + 1 < name.size() && name[last] == '_';
+  return has_one ? name.substr(0, last) : name;
 }
 struct TargetGift {
   std::string to, part;  ///< "p", and "POS.X" or nothing
@@ -84,11 +87,20 @@ void Reader::check_targets() {
   if (unvalued_targets_.empty()) return;
   std::map<std::string, K> open;  // without a value yet
   for (const auto& [name, kind] : unvalued_targets_) open.emplace(name, kind);
+  std::multimap<std::string, std::string> by_source;  // by the names that the source may have
+  for (const auto& [name, kind] : open) {
+    const std::string low = lower(name), bare = without_number(low);
+    by_source.emplace(low, name);
+    if (bare != low) by_source.emplace(bare, name);
+  }
+  const auto close_all = [&](std::string_view word) {
+    const auto [from, to] = by_source.equal_range(as_in_irl(word));
+    for (auto it = from; it != to; ++it) open.erase(it->second);
+  };
   // What a reader reported itself: also places computed from it need no second error.
   for (const Fault& f : faults_)
     if (f.severity == RMP_FAULT_ERROR)
-      std::erase_if(
-          open, [&f](const auto& o) { return lower(f.message).starts_with(lower(o.first) + " "); });
+      close_all(std::string_view(f.message).substr(0, f.message.find(' ')));
   // Bodies with the names of their routine's head: its parameters are other variables.
   std::vector<std::pair<const std::vector<Line>*, std::set<std::string>>> bodies;
   bodies.emplace_back(&main_.body, std::set<std::string>{});
@@ -125,30 +137,33 @@ void Reader::check_targets() {
           from.begin(), from.end(), [&](const std::string& name) { return givers.contains(name); });
       const std::string to = s.substr(0, begin);
       const bool is_gift = begin == sign && !to.empty();
-      for (auto it = open.begin(); it != open.end();) {
-        const bool is_here = std::any_of(from.begin(), from.end(), [&](const std::string& n) {
-          return s.starts_with('{') ? is_in_source(n, it->first) : n == it->first;
-        });
-        // A call may give it a value; a statement that is not read has its own error.
-        const bool is_lost =
-            s.starts_with("{ not read") || is_call || (!is_gift && !s.starts_with('{'));
-        const bool is_condition = s.starts_with("IF ") || s.starts_with("ELSIF ") ||
-                                  s.starts_with("WHILE ") || s.starts_with("WAIT ") ||
-                                  s.starts_with("UNTIL ") || s.starts_with("WRITE");
-        it = is_here && is_lost && !(is_condition && !is_call) ? open.erase(it) : std::next(it);
+      // A call may give it a value; a statement that is not read has its own error.
+      if (s.starts_with('{')) {
+        if (s.starts_with("{ not read"))
+          for (const std::string& name : from) close_all(name);
+        continue;
       }
+      const bool is_condition = s.starts_with("IF ") || s.starts_with("ELSIF ") ||
+                                s.starts_with("WHILE ") || s.starts_with("WAIT ") ||
+                                s.starts_with("UNTIL ") || s.starts_with("WRITE");
+      if (is_call || (!is_gift && !is_condition))
+        for (const std::string& name : from) open.erase(name);
       const std::size_t dot = to.find('.');
       if (!is_gift || head.contains(to.substr(0, dot))) continue;
       gifts.push_back({to.substr(0, dot), dot == std::string::npos ? "" : to.substr(dot + 1),
                        names_in(std::string_view(s).substr(sign + 4))});
     }
+  std::multimap<std::string, const TargetGift*> of;
+  for (const TargetGift& g : gifts)
+    if (open.contains(g.to)) of.emplace(g.to, &g);
   for (bool again = true; again;) {
     again = false;
     for (auto it = open.begin(); it != open.end();) {
       std::vector<const TargetGift*> parts;
       bool has_value = false;
-      for (const TargetGift& g : gifts) {
-        if (g.to != it->first) continue;
+      const auto [first, last] = of.equal_range(it->first);
+      for (auto each = first; each != last; ++each) {
+        const TargetGift& g = *each->second;
         const bool is_known = std::none_of(g.from.begin(), g.from.end(), [&](const std::string& n) {
           return open.contains(n) && (g.part.empty() || n != g.to);
         });
@@ -166,9 +181,9 @@ void Reader::check_targets() {
       const auto it = open.find(name);
       if (it == open.end()) continue;
       open.erase(it);
-      const bool is_in_parts = std::any_of(gifts.begin(), gifts.end(), [&](const TargetGift& g) {
-        return g.to == name && !g.part.empty();
-      });
+      const auto [first, last] = of.equal_range(name);
+      const bool is_in_parts =
+          std::any_of(first, last, [](const auto& each) { return !each.second->part.empty(); });
       fail(
           line->at,
           name + (is_in_parts
