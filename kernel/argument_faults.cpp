@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "kernel/part_faults.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/units.h"
@@ -38,46 +40,64 @@ const FaultCodes kArgumentCodes{
 /// Entries of a list that a remedy copies.
 constexpr std::size_t kMostCopied = 1000;
 
-/// "q[2][1]" as {1, 0} behind the name; nullopt = other parts.
-std::optional<std::vector<std::size_t>> indices_of(std::string_view path, std::string_view name) {
-  std::vector<std::size_t> out;
+/// A step from a value to a part of it: the name of a field, or else the index of an element.
+struct PartStep {
+  std::string_view name;
+  std::size_t index = 0;
+};
+
+/// "q[2].a" as {1, "a"} behind the name; nullopt = malformed.
+std::optional<std::vector<PartStep>> steps_of(std::string_view path, std::string_view name) {
+  std::vector<PartStep> out;
   for (std::string_view rest = path.substr(name.size()); !rest.empty();) {
+    if (rest.front() == '.') {
+      rest.remove_prefix(1);
+      const std::size_t end = std::min(rest.find_first_of("[."), rest.size());
+      out.push_back({rest.substr(0, end)});
+      rest.remove_prefix(end);
+      continue;
+    }
     const std::size_t end = rest.find(']');
     if (rest.front() != '[' || end == std::string_view::npos) return std::nullopt;
     const auto number = text::read_int(rest.substr(1, end - 1));
     if (!number || *number < 1) return std::nullopt;
-    out.push_back(static_cast<std::size_t>(*number - 1));
+    out.push_back({{}, static_cast<std::size_t>(*number - 1)});
     rest.remove_prefix(end + 1);
   }
   return out;
 }
 
-/// `v` with `element` at those indices; nullopt where it has no such element.
-std::optional<Value> with_element(const Value& v, const std::vector<std::size_t>& at,
-                                  const Value& element) {
-  if (at.empty()) return element;
+/// `v` with `part` at those steps; nullopt where it has no such part.
+std::optional<Value> with_part(const Value& v, std::span<const PartStep> at, const Value& part) {
+  constexpr std::size_t kDeepest = 20;
+  if (at.empty()) return part;
+  if (at.size() > kDeepest) return std::nullopt;
   if (const NumericArray* a = v.as_array()) {
     std::vector<double> numbers = a->data();
-    if (numbers.size() > kMostCopied || !element.is_number()) return std::nullopt;
-    const std::size_t i = at.size() == 1 ? at[0] : at[0] * a->cols() + at[1];
+    if (numbers.size() > kMostCopied || !part.is_number()) return std::nullopt;
+    const std::size_t i = at.size() == 1 ? at[0].index : at[0].index * a->cols() + at[1].index;
     if (at.size() > 2 || (at.size() == 2) != a->is_matrix() || i >= numbers.size())
       return std::nullopt;
-    numbers[i] = element.number();
+    numbers[i] = part.number();
     if (!a->is_matrix()) return Value(NumericArray(std::move(numbers), a->unit()));
     return Value(NumericArray(std::move(numbers), a->rows(), a->cols(), a->unit()));
   }
-  const List* list = v.as_list();
-  if (!list || list->size() > kMostCopied || at[0] >= list->size()) return std::nullopt;
-  List items = *list;
-  // Rows of rows are as deep as lists get in arguments with numbers.
-  if (at.size() > 2) return std::nullopt;
-  if (at.size() == 2) {
-    auto row = with_element(items[at[0]], {at[1]}, element);
-    if (!row) return std::nullopt;
-    items[at[0]] = std::move(*row);
-  } else {
-    items[at[0]] = element;
+  if (const Map* m = v.as_map()) {
+    const Value* old = m->find(at[0].name);
+    if (!old || m->size() > kMostCopied) return std::nullopt;
+    auto changed = with_part(*old, at.subspan(1), part);
+    if (!changed) return std::nullopt;
+    Map out = *m;
+    out.set(std::string(at[0].name), std::move(*changed));
+    return Value(std::move(out));
   }
+  const List* list = v.as_list();
+  if (!list || !at[0].name.empty() || list->size() > kMostCopied || at[0].index >= list->size())
+    return std::nullopt;
+  auto changed = with_part((*list)[at[0].index], at.subspan(1), part);
+  if (!changed) return std::nullopt;
+  List items = *list;
+  items[at[0].index] = std::move(*changed);
   return Value(std::move(items));
 }
 
@@ -85,14 +105,17 @@ std::optional<Value> with_element(const Value& v, const std::vector<std::size_t>
 bool is_mended(const ParamSpec& spec, const Value& v, const Fault& fault,
                const ResolveRef& resolve) {
   const auto checked = check_value(spec, v, spec.name, resolve);
-  return checked.ok() ||
-         argument_fault(checked.error(), spec.name).subject.argument != fault.subject.argument;
+  if (!checked.ok())
+    return argument_fault(checked.error(), spec.name).subject.argument != fault.subject.argument;
+  if (!has_unchecked_parts(spec)) return true;
+  const std::vector<Fault> parts = part_faults(spec, *checked, spec.name, kMostCopied);
+  return std::none_of(parts.begin(), parts.end(),
+                      [&](const Fault& f) { return f.subject.argument == fault.subject.argument; });
 }
 
-std::string shown_of(const ParamSpec& spec, const Value& v) {
+std::string shown_of(std::string_view unit, const Value& v) {
   if (const std::string* s = v.as_string()) return text::quote(*s);
   if (v.as_int()) return v.text();
-  const std::string unit = unit_of(spec);
   if (unit.empty() || unit == "1" || unit.find(',') != std::string::npos)
     return text::print_rounded(v.number());
   return units::print_with_unit(v.number(), unit);
@@ -103,12 +126,12 @@ void offer(Fault& fault, const ParamSpec& spec, const Map& given, const Value& e
   const Value* v = given.find(spec.name);
   const std::string& path = fault.subject.argument;
   if (!v || !path.starts_with(spec.name)) return;
-  const auto at = indices_of(path, spec.name);
+  const auto at = steps_of(path, spec.name);
   if (!at) return;
-  auto changed = with_element(*v, *at, element);
+  auto changed = with_part(*v, *at, element);
   if (!changed || !is_mended(spec, *changed, fault, resolve)) return;
   FaultRemedy r;
-  r.label = "Set " + path + " to " + shown_of(spec, element);
+  r.label = "Set " + path + " to " + shown_of(fault.witness.unit, element);
   r.args.set(spec.name, std::move(*changed));
   r.repeats = true;
   r.is_tried = true;
@@ -139,13 +162,14 @@ void offer_name(Fault& fault, const Schema& schema, const Map& given, const Reso
 /// usual one.
 void offer_unit(Fault& fault, const ParamSpec& spec, const Map& given, const ResolveRef& resolve) {
   const Value* v = given.find(spec.name);
-  const auto at = v ? indices_of(fault.subject.argument, spec.name) : std::nullopt;
+  const auto at = v ? steps_of(fault.subject.argument, spec.name) : std::nullopt;
   if (!at) return;
   const Value* element = v;
-  for (const std::size_t i : *at) {
+  for (const PartStep& step : *at) {
     const List* list = element->as_list();
-    if (!list || i >= list->size()) return;
-    element = &(*list)[i];
+    // A field of a table has a unit of its own.
+    if (!list || !step.name.empty() || step.index >= list->size()) return;
+    element = &(*list)[step.index];
   }
   const std::string* text = element->as_string();
   if (!text) return;

@@ -10,6 +10,7 @@
 #include "kernel/bare_numbers.h"
 #include "kernel/file_root.h"
 #include "kernel/number_reader.h"
+#include "kernel/part_faults.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/units.h"
@@ -587,6 +588,13 @@ Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, cons
   if (one.choices.empty())
     for (const WordInfo& w : tree.choices) one.choices.push_back(w.word);
   RMP_TRY_ASSIGN(Value checked, check_value(one, v, path, resolve));
+  RMP_TRY(check_count(tree, checked, path));
+  return checked;
+}
+
+}  // namespace
+
+Result<void> check_count(const TypeTree& tree, const Value& checked, std::string_view path) {
   const NumericArray* a = checked.as_array();
   if (tree.kind == TypeKind::vector && tree.count && a && a->size() != tree.count)
     return wrong_count(path,
@@ -596,10 +604,8 @@ Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, cons
       ((tree.rows && a->rows() != tree.rows) || (tree.cols && a->cols() != tree.cols)))
     return wrong_count(path, "the matrix is " + std::to_string(a->rows()) + "x" +
                                  std::to_string(a->cols()) + ", not " + type_words(tree));
-  return checked;
+  return {};
 }
-
-}  // namespace
 
 const ParamSpec* find_param(const Schema& schema, std::string_view name) {
   const auto it = std::find_if(schema.begin(), schema.end(),
@@ -671,6 +677,29 @@ Result<Value> confined(const Value& v, const std::string& name) {
 
 }  // namespace
 
+Error missing_argument(const ParamSpec& spec, std::string_view path) {
+  const std::string_view type = plain_type(spec.type);
+  return fault(path,
+               type == "any" && !spec.doc.empty()
+                   ? doc_words(spec.doc) + " required"
+                   : "no value is given; " + kind_name(spec) + (type == "vec3" ? " are" : " is") +
+                         " required",
+               example(spec), "argument.missing");
+}
+
+Fault unknown_argument(const Schema& schema, std::string_view name, std::string_view path) {
+  std::vector<std::string> known;
+  for (const ParamSpec& spec : schema) known.push_back(spec.name);
+  std::string hint = text::did_you_mean(name, known);
+  if (hint.empty())
+    hint =
+        known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
+  Fault f = make_fault("argument.unknown", text::quote(name) + " is not a parameter",
+                       std::move(hint), std::string(path));
+  f.subject.argument = (path.empty() ? "" : std::string(path) + ".") + std::string(name);
+  return f;
+}
+
 Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
   constexpr std::size_t kMostUnknown = 10;  // that are named
   std::size_t unknown = 0;
@@ -682,15 +711,7 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
   for (const auto& [key, value] : given) {
     if (find_param(schema, key)) continue;
     if (++unknown > kMostUnknown) continue;
-    std::vector<std::string> known;
-    for (const ParamSpec& spec : schema) known.push_back(spec.name);
-    std::string hint = text::did_you_mean(key, known);
-    if (hint.empty())
-      hint =
-          known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
-    faults.push_back(
-        make_fault("argument.unknown", text::quote(key) + " is not a parameter", std::move(hint)));
-    faults.back().subject.argument = key;
+    faults.push_back(unknown_argument(schema, key, {}));
     add_remedies(faults.back(), schema, given, resolve);
   }
   if (unknown > kMostUnknown)
@@ -703,20 +724,27 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
     if (v && v->is_nil() && type != "any") v = nullptr;
     if (!v && spec.default_value) v = &*spec.default_value;
     if (!v) {
-      if (spec.required)
-        add(fault(spec.name,
-                  type == "any" && !spec.doc.empty()
-                      ? doc_words(spec.doc) + " required"
-                      : "no value is given; " + kind_name(spec) +
-                            (type == "vec3" ? " are" : " is") + " required",
-                  example(spec), "argument.missing"),
-            spec.name);
+      if (spec.required) add(missing_argument(spec, spec.name), spec.name);
       continue;
     }
     Result<Value> one = check_value(spec, *v, spec.name, resolve);
     if (type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
-    if (one.ok()) checked.set(spec.name, std::move(*one));
-    else add(one.error(), spec.name);
+    if (!one.ok()) {
+      add(one.error(), spec.name);
+      continue;
+    }
+    const bool is_given = !spec.default_value || v != &*spec.default_value;
+    if (is_given && !one->is_nil() && has_unchecked_parts(spec)) {
+      std::vector<Fault> parts = part_faults(spec, *one, spec.name);
+      if (!parts.empty()) {
+        for (Fault& f : parts) {
+          faults.push_back(std::move(f));
+          add_remedies(faults.back(), schema, given, resolve);
+        }
+        continue;
+      }
+    }
+    checked.set(spec.name, std::move(*one));
   }
   if (!faults.empty()) return error_of(std::move(faults));
   return checked;

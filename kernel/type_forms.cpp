@@ -7,6 +7,7 @@
 #include <map>
 
 #include "kernel/literal.h"
+#include "kernel/part_faults.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 
@@ -35,229 +36,20 @@ std::string shown_value(const Value& v) {
   return s;
 }
 
-std::string not_of(const TypeTree& t, const Value& v, std::string_view path) {
-  return (path.empty() ? std::string() : std::string(path) + ": ") + shown_value(v) + " is not " +
-         type_words(t);
-}
-
-std::string join_path(std::string_view path, std::string_view name) {
-  return path.empty() ? std::string(name) : std::string(path) + "." + std::string(name);
-}
-std::string element_of(std::string_view path, std::size_t i) {
-  return std::string(path) + "[" + std::to_string(i + 1) + "]";
-}
-
-bool is_empty_table(const Value& v) {
-  return (v.as_list() && v.as_list()->empty()) || (v.as_map() && v.as_map()->empty());
-}
-
-/// A number, or a text that may be one: with a unit, or an expression.
-bool is_numeric(const Value& v) {
-  return v.is_number() || (v.as_string() && !v.as_string()->empty());
-}
-
-/// How many numbers a value has; nullopt = it is no list of numbers. One text may hold several.
-std::optional<std::size_t> count_of_numbers(const Value& v) {
-  if (const NumericArray* a = v.as_array()) {
-    if (a->is_matrix() && a->rows() != 1 && a->cols() != 1) return std::nullopt;
-    return a->size();
-  }
-  const List* list = v.as_list();
-  if (!list) return std::nullopt;
-  for (const Value& each : *list)
-    if (!is_numeric(each)) return std::nullopt;
-  return list->size();
-}
-
-/// `also`: a further name. `rest`: the type of what else there is; null = nothing may be.
-std::string misfit_fields(const Schema& fields, const Map& m, std::string_view path,
-                          std::string_view also = {}, const TypeTree* rest = nullptr) {
-  for (const auto& [name, value] : m) {
-    if (name == also) continue;
-    const ParamSpec* it = find_param(fields, name);
-    if (!it && !rest) return join_path(path, name) + ": there is no such field";
-    if (value.is_nil()) continue;
-    if (!it) {
-      if (std::string bad = misfit(*rest, value, join_path(path, name)); !bad.empty()) return bad;
-      continue;
-    }
-    const TypeTree& t = type_tree(it->type);
-    if (t.kind == TypeKind::word && t.choices.empty() && !it->choices.empty()) {
-      const std::string word = value.as_string() ? *value.as_string()
-                               : value.as_int()  ? std::to_string(*value.as_int())
-                                                 : std::string();
-      if (std::find(it->choices.begin(), it->choices.end(), word) == it->choices.end())
-        return join_path(path, name) + ": " + shown_value(value) + " is not one of " +
-               text::enumerate(it->choices);
-      continue;
-    }
-    if (std::string bad = misfit(t, value, join_path(path, name)); !bad.empty()) return bad;
-  }
-  for (const ParamSpec& p : fields)
-    if (p.required && (!m.find(p.name) || m.find(p.name)->is_nil()))
-      return join_path(path, p.name) + ": it is missing";
-  return {};
-}
-
-std::string misfit_rows(const TypeTree& t, const Value& v, std::string_view path) {
-  // Rows of numbers in the order of the columns may be given for maps.
-  if (v.as_array()) return v.as_array()->is_matrix() ? std::string() : not_of(t, v, path);
-  const List* list = v.as_list();
-  if (!list) return is_empty_table(v) ? std::string() : not_of(t, v, path);
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    const Value& row = (*list)[i];
-    if (row.as_list() || row.as_array()) continue;
-    if (!row.as_map()) return not_of(t, row, element_of(path, i));
-    if (std::string bad = misfit_fields(t.fields, *row.as_map(), element_of(path, i)); !bad.empty())
-      return bad;
-  }
-  return {};
+std::string place_and_message(const Fault& f) {
+  return (f.where.empty() ? std::string() : f.where + ": ") + f.message;
 }
 
 }  // namespace
 
 std::string misfit(const TypeTree& t, const Value& v, std::string_view path) {
-  const auto fits = [&](bool does) { return does ? std::string() : not_of(t, v, path); };
-  const std::string* s = v.as_string();
-  switch (t.kind) {
-    case TypeKind::any: return {};
-    case TypeKind::nothing: return fits(v.is_nil());
-    case TypeKind::boolean:
-      return fits(v.as_bool() || (s && (*s == "true" || *s == "false" || *s == "yes" ||
-                                        *s == "no" || *s == "on" || *s == "off")));
-    case TypeKind::integer:
-      return fits(v.as_int() || (v.as_real() && std::floor(*v.as_real()) == *v.as_real()) ||
-                  (s && text::read_int(text::trim(*s))));
-    case TypeKind::real:
-    case TypeKind::expression: return fits(is_numeric(v));
-    case TypeKind::text:
-    case TypeKind::script: return fits(s != nullptr);
-    case TypeKind::path: return fits(s && !s->empty());
-    case TypeKind::word: {
-      if (t.choices.empty()) return fits(s || v.as_int());
-      const std::string word = s ? *s : v.as_int() ? std::to_string(*v.as_int()) : std::string();
-      return fits(std::any_of(t.choices.begin(), t.choices.end(),
-                              [&](const WordInfo& w) { return w.word == word; }));
-    }
-    case TypeKind::colour: {
-      const auto n = count_of_numbers(v);
-      return fits((s && (s->size() == 7 || s->size() == 9) && s->front() == '#') ||
-                  (n && (*n == 3 || *n == 4)));
-    }
-    case TypeKind::vector: {
-      if (s) return fits(!s->empty());
-      if (v.is_number()) return fits(t.count <= 1);
-      const auto n = count_of_numbers(v);
-      return fits((n && (t.count == 0 || *n == t.count)) || (t.count == 0 && is_empty_table(v)));
-    }
-    case TypeKind::joints:
-      // Rows of many configurations are given as a matrix; of a robot without joints, a table.
-      if (v.as_array()) return {};
-      if (const List* list = v.as_list()) {
-        for (const Value& each : *list)
-          if (!is_numeric(each) && !count_of_numbers(each)) return not_of(t, v, path);
-        return {};
-      }
-      return fits(is_empty_table(v) || v.is_number() || (s && !s->empty()));
-    case TypeKind::pose: {
-      if (s) return fits(!s->empty());
-      if (const Map* m = v.as_map()) {
-        for (const auto& [name, part] : *m)
-          if (std::find(std::begin(kPoseFields), std::end(kPoseFields), name) ==
-              std::end(kPoseFields))
-            return join_path(path, name) + ": a pose has no such field";
-        return {};
-      }
-      const auto n = count_of_numbers(v);
-      const NumericArray* a = v.as_array();
-      const List* rows = v.as_list();
-      return fits((n && *n == 6) || (a && a->rows() == 4 && a->cols() == 4) ||
-                  (rows && rows->size() == 4));
-    }
-    case TypeKind::matrix: {
-      if (const NumericArray* a = v.as_array())
-        return fits(a->is_matrix() && (t.rows == 0 || a->rows() == t.rows) &&
-                    (t.cols == 0 || a->cols() == t.cols));
-      const List* rows = v.as_list();
-      if (!rows || (t.rows && rows->size() != t.rows)) return not_of(t, v, path);
-      for (std::size_t i = 0; i < rows->size(); ++i) {
-        const auto n = count_of_numbers((*rows)[i]);
-        if (!n || (t.cols && *n != t.cols)) return not_of(t, (*rows)[i], element_of(path, i));
-      }
-      return {};
-    }
-    case TypeKind::list: {
-      if (v.as_array() && !v.as_array()->is_matrix())
-        return !t.element || t.element->kind == TypeKind::real ||
-                       t.element->kind == TypeKind::integer || t.element->kind == TypeKind::any ||
-                       t.element->kind == TypeKind::one_of || v.as_array()->size() == 0
-                   ? std::string()
-                   : not_of(t, v, path);
-      if (v.as_array())
-        return fits(t.element == nullptr || t.element->kind == TypeKind::vector ||
-                    t.element->kind == TypeKind::joints || t.element->kind == TypeKind::pose ||
-                    t.element->kind == TypeKind::one_of);
-      const List* list = v.as_list();
-      if (!list) return fits(is_empty_table(v));
-      for (std::size_t i = 0; t.element && i < list->size(); ++i)
-        if (std::string bad = misfit(*t.element, (*list)[i], element_of(path, i)); !bad.empty())
-          return bad;
-      return {};
-    }
-    case TypeKind::map: {
-      const Map* m = v.as_map();
-      if (!m) return fits(is_empty_table(v));
-      if (!t.fields.empty()) return misfit_fields(t.fields, *m, path, {}, t.element.get());
-      if (t.element)
-        for (const auto& [name, each] : *m)
-          if (std::string bad = misfit(*t.element, each, join_path(path, name)); !bad.empty())
-            return bad;
-      return {};
-    }
-    case TypeKind::table: return misfit_rows(t, v, path);
-    case TypeKind::variant: {
-      const Map* m = v.as_map();
-      const Value* word = m ? m->find(t.decided_by) : nullptr;
-      if (!word || !word->as_string())
-        return join_path(path, t.decided_by) + ": it is missing, and decides what else there is";
-      for (const auto& [name, fields] : t.cases)
-        if (name == *word->as_string()) return misfit_fields(fields, *m, path, t.decided_by);
-      return join_path(path, t.decided_by) + ": " + text::quote(*word->as_string()) +
-             " is none of its words";
-    }
-    case TypeKind::one_of: {
-      std::string all;
-      for (const auto& option : t.options) {
-        const std::string bad = misfit(*option, v, path);
-        if (bad.empty()) return {};
-        all += (all.empty() ? "" : "; ") + bad;
-      }
-      return all;
-    }
-    case TypeKind::reference: return fits(s || v.as_handle());
-    case TypeKind::handle: return fits(v.as_handle() != nullptr);
-    case TypeKind::array: return fits(v.as_array() != nullptr);
-    case TypeKind::member: return fits(s != nullptr || v.as_handle());
-    case TypeKind::provider: {
-      if (s || v.is_nil()) return {};
-      const Map* m = v.as_map();
-      if (t.is_name_only || !m) return fits(is_empty_table(v) && !t.is_name_only);
-      for (const auto& [name, part] : *m)
-        if (name != "name" && name != "params")
-          return join_path(path, name) + ": a provider has name and params";
-      return {};
-    }
-    case TypeKind::named: {
-      const TypeTree* named = named_type(t.word);
-      return named ? misfit(*named, v, path)
-                   : std::string(path) + ": there is no type " + text::quote(t.word);
-    }
-  }
-  return {};
+  const std::vector<Fault> faults = part_faults(t, v, path, 1);
+  return faults.empty() ? std::string() : place_and_message(faults.front());
 }
 
 std::string misfit(const Schema& schema, const Map& given) {
-  return misfit_fields(schema, given, {});
+  const std::vector<Fault> faults = part_faults(schema, given, 1);
+  return faults.empty() ? std::string() : place_and_message(faults.front());
 }
 
 // ---- data ----

@@ -12,7 +12,7 @@
 
 namespace robomosp {
 
-/// "" or the reason why a value does not fit a type, with the path of the part: `links[2].a: ...`.
+/// "" or the first fault of a value (part_faults()), with the path of the part: `links[2].a: ...`.
 /// Numbers may be texts (with a unit or as an expression), lists may be arrays; names, files and
 /// records are not looked up.
 [[nodiscard]] std::string misfit(const TypeTree&, const Value&, std::string_view path);

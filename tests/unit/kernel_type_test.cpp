@@ -188,7 +188,7 @@ TEST(TypeTree, FaultsWithinATypeAreFound) {
             "b: its condition compares a with \"z\", which it cannot be");
   EXPECT_EQ(type_fault("real [m] @shown(deg)"), "it is shown in \"deg\", which is not \"m\"");
   EXPECT_EQ(type_fault("list<int> @example({\"a\"})"),
-            "its example does not fit: [1]: \"a\" is not int");
+            "its example does not fit: [1]: \"a\" is not an integer");
 }
 
 TEST(TypeTree, NamedTypesHaveThePlainTypeThatTheySay) {
@@ -264,38 +264,38 @@ TEST(Misfit, NamesThePart) {
   };
   const Case kCases[] = {
       {"int", "3", ""},
-      {"int", "3.5", "3.5 is not int"},
+      {"int", "3.5", "3.5 is not an integer"},
       {"real [m]", "\"3 mm\"", ""},
-      {"real [m]", "true", "true is not real [m]"},
+      {"real [m]", "true", "true is not a real in m"},
       {"vec(2)", "{1, 2}", ""},
-      {"vec(2)", "{1, 2, 3}", "{1, 2, 3} is not vec(2)"},
-      {"list<int>", "{1, \"x\"}", "[2]: \"x\" is not int"},
+      {"vec(2)", "{1, 2, 3}", "3 numbers are given; 2 are needed"},
+      {"list<int>", "{1, \"x\"}", "[2]: \"x\" is not an integer"},
       {"list<int>", "{}", ""},
-      {"map<real>", "{a = 1, b = {}}", "b: {} is not real"},
+      {"map<real>", "{a = 1, b = {}}", "b: {} is not a real"},
       {"map{a: int; b?: real}", "{a = 1}", ""},
-      {"map{a: int; b?: real}", "{b = 1}", "a: it is missing"},
-      {"map{a: int; b?: real}", "{a = 1, c = 1}", "c: there is no such field"},
+      {"map{a: int; b?: real}", "{b = 1}", "a: no value is given; an integer is required"},
+      {"map{a: int; b?: real}", "{a = 1, c = 1}", "\"c\" is not a parameter"},
       {"map<real>{a: string}", "{a = \"x\", b = 1}", ""},
-      {"map<real>{a: string}", "{a = \"x\", b = {}}", "b: {} is not real"},
-      {"table{a: int}", "{{a = 1}, {a = \"x\"}}", "[2].a: \"x\" is not int"},
+      {"map<real>{a: string}", "{a = \"x\", b = {}}", "b: {} is not a real"},
+      {"table{a: int}", "{{a = 1}, {a = \"x\"}}", "[2].a: \"x\" is not an integer"},
       {"colour", "\"#c0c0c0\"", ""},
       {"colour", "{1, 0, 0}", ""},
-      {"colour", "\"red\"", "\"red\" is not colour"},
+      {"colour", "\"red\"", "\"red\" is not a colour"},
       {"pose", "{position = {0, 0, 1}, rpy = {0, 0, 0}}", ""},
-      {"pose", "{place = {0, 0, 1}}", "place: a pose has no such field"},
+      {"pose", "{place = {0, 0, 1}}", "\"place\" is not a field of a pose"},
       {"provider:ik", "\"numeric\"", ""},
       {"provider:ik", "{name = \"numeric\", params = {damping = 0.1}}", ""},
-      {"provider:ik", "{nam = 1}", "nam: a provider has name and params"},
+      {"provider:ik", "{nam = 1}", "\"nam\" is not a parameter"},
       {"joints of id", "{0, \"90 deg\", 0.1}", ""},
       {"joints of id", "{{0, 1}, {2, 3}}", ""},
       {"int or string", "\"x\"", ""},
-      {"int or string", "{}", "{} is not int; {} is not string"},
+      {"int or string", "{}", "{} is not int or string"},
       {"type:kernel_type_test.step",
        "{step = \"repeat\", count = 2, steps = {{step = \"move\", speed = 0.5}}}", ""},
       {"type:kernel_type_test.step", "{step = \"repeat\", count = 2, steps = {{step = \"jump\"}}}",
-       "steps[1].step: \"jump\" is none of its words"},
+       "steps[1].step: \"jump\" is not one of the choices"},
       {"type:kernel_type_test.step", "{speed = 1}",
-       "step: it is missing, and decides what else there is"},
+       "step: no value is given; one of the choices is required"},
   };
   for (const Case& c : kCases) {
     const auto v = read_literal(c.value);

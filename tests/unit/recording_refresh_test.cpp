@@ -345,16 +345,17 @@ TEST_F(RecordingRefresh, ValuesOfOnesOwnMakeARecordingLikeAnyOther) {
   EXPECT_NE(refused("").find("there are no values"), std::string::npos) << refused("");
   EXPECT_NE(refused("{name = 'a', values = {}}").find("there are no values"), std::string::npos);
   EXPECT_NE(refused("{name = 'a'}").find("a column needs a name and values"), std::string::npos);
-  EXPECT_NE(refused("7").find("a column needs a name and values"), std::string::npos);
+  EXPECT_NE(refused("7").find("columns[1]: 7 is not "), std::string::npos) << refused("7");
   EXPECT_NE(refused("{name = '7', values = {1}}").find("is not the name"), std::string::npos);
   EXPECT_NE(refused("{name = 'a', values = {1, 'x'}}").find("entry 2"), std::string::npos)
       << refused("{name = 'a', values = {1, 'x'}}");
   EXPECT_NE(refused("{name = 'a', values = {{1, 2}, {3}}}").find("row 2"), std::string::npos);
-  EXPECT_NE(refused("{name = 'a', values = 3}").find("is not a list of numbers"),
+  EXPECT_NE(refused("{name = 'a', values = 3}").find("columns[1].values: 3 is not a list"),
             std::string::npos);
   EXPECT_NE(refused("{name = 'a', unit = 'furlong', values = {1}}").find("furlong"),
             std::string::npos);
-  EXPECT_NE(refused("{name = 'a', units = 'm', values = {1}}").find("no field \"units\""),
+  EXPECT_NE(refused("{name = 'a', units = 'm', values = {1}}")
+                .find("columns[1]: \"units\" is not a parameter. Did you mean \"unit\"?"),
             std::string::npos);
   EXPECT_NE(refused("{name = 'a', values = {1}}, {name = 'a', values = {1}}").find("two columns"),
             std::string::npos);

@@ -60,7 +60,7 @@ refused("tip_columns belongs to a recording, but no tip_wrench is given", invers
 refused("tip_over belongs to a recording", inverse, {tip_over = "path"})
 refused("it has 2 numbers, but three are needed", inverse, {tip_force = {1, 0}})
 refused("there is no q1 here", inverse, {tip_force = {1, 0, "1 N * q1"}})
-refused("is neither a number nor an expression", inverse, {tip_moment = {1, 0, true}})
+refused("tip_moment[3]: true is not a number or an expression", inverse, {tip_moment = {1, 0, true}})
 refused("is not a recording", inverse, {tip_wrench = 3})
 refused("has no tip \"elbow\"", inverse, {tip_force = {1, 0, 0}, tip = "elbow"})
 local plain, pushed = inverse{}, inverse{tip_force = {"10 N", 0, "-20 N * sin(2 rad/s * time)"}, tip_axes = "base"}

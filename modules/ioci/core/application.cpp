@@ -34,6 +34,7 @@
 #include "kernel/check.h"
 #include "kernel/executor.h"
 #include "kernel/fault.h"
+#include "kernel/part_faults.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_run.h"
 #include "kernel/text.h"
@@ -680,7 +681,15 @@ Result<void> Application::Call::start() {
   if (may_edit && !joins) RMP_TRY(begin_edit(series));
   if (spec_.takes_expressions) {
     auto read = read_expressions(ctx_, spec_, *ctx_.given_);
-    if (!read.ok()) return std::move(read).error().in(spec_.name);
+    if (!read.ok()) {
+      // Expressions need the parameters that come with them: their faults first.
+      const ParamSpec* own = find_param(spec_.params, "parameters");
+      const Value* given = own ? ctx_.given_->find(own->name) : nullptr;
+      if (given)
+        if (auto faults = part_faults(*own, *given, own->name); !faults.empty())
+          return error_of(std::move(faults)).in(spec_.name);
+      return std::move(read).error().in(spec_.name);
+    }
     with_numbers_ = std::move(*read);
     ctx_.given_ = &with_numbers_;
   }

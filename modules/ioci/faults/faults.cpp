@@ -64,8 +64,9 @@ void name_argument(Fault& f, const std::string& where, const FailedCall& call) {
     if (!s.argument.empty() && f.code == "error.invalid_argument") f.code = "argument.refused";
     return;
   }
-  if (f.code == "argument.unknown" ? call.given.find(s.argument) != nullptr
-                                   : find_param(call.spec.params, root_of(s.argument)) != nullptr)
+  const std::string_view root = root_of(s.argument);
+  const bool is_name = f.code == "argument.unknown" && root == s.argument;
+  if (is_name ? call.given.find(root) != nullptr : find_param(call.spec.params, root) != nullptr)
     return;
   // An entry of a table in an argument, such as a parameter of a provider: it is no argument by
   // itself, and neither is what repeats the call with it.

@@ -65,7 +65,7 @@ std::string mass_type() {
 }
 std::string parameter_type() {
   return "expression or map{value?: expression; expression?: string; unit?: string; description?: "
-         "string}";
+         "string; text?: string; uses?: list<string>}";
 }
 /// Of a provider: its parameters have these types.
 std::string setting_type() { return "bool or int or real or string or real[]"; }

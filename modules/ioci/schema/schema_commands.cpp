@@ -168,11 +168,10 @@ RMP_COMMANDS(schema_commands) {
       {.name = "schema.misfit",
        .classic = "",
        .summary = "Checks the form of arguments without running the command.",
-       .details = "Names, records and files are not looked up, and ranges are not checked; the "
-                  "command does that.",
+       .details = "Names, records and files are not looked up; the command does that.",
        .example = "assert(schema.misfit{command = \"robot.fk\", given = {id = \"arm\", q = {0}}} "
                   "== \"\")\nassert(schema.misfit{command = \"robot.fk\", given = {q = {0}}} == "
-                  "\"id: it is missing\")",
+                  "\"id: no value is given; a robot is required\")",
        .params = with_form({given}),
        .returns =
            {"string", "", "What does not fit, with its place; empty if everything does.", {}},
