@@ -257,6 +257,167 @@ TEST(RecordParams, MembersOfWorldsAndPartsHaveEachFieldOfTheRecord) {
            .other = {{"what", "It is given in each call."}}});
 }
 
+TEST(RecordParams, PlacedMembersHaveEachFieldOfTheRecord) {
+  const std::string cell =
+      kArm +
+      "\nrobot.create{name = \"other\", links = {{a = 0.2}, {a = 0.1}, {}}}\n"
+      "solid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, z = 0.1}}\n"
+      "trajectory.create{name = \"seam\", segments = {{shape = \"line\", points = {{0, 0, 0}, "
+      "{0.1, "
+      "0, 0}}}}}\n"
+      "trajectory.create{name = \"other_seam\", segments = {{shape = \"line\", points = {{0, 0, "
+      "0}, "
+      "{0.2, 0, 0}}}}}\n"
+      "task.create{name = \"job\"}\ntask.create{name = \"other_job\"}\n"
+      "program.create{name = \"moves\", source = \"PROGRAM moves; BEGIN HALT; ENDPROGRAM;\"}\n"
+      "program.create{name = \"rests\", source = \"PROGRAM rests; BEGIN HALT; ENDPROGRAM;\"}\n"
+      "world.create{name = \"cell\"}\nworld.add_trajectory{id = \"cell\", trajectory = "
+      "\"seam\"}\nworld.add_robot{id = \"cell\", robot = \"arm\"}\n"
+      "world.add_object{id = \"cell\", what = \"pin\", name = \"held\"}\n"
+      "world.add_object{id = \"cell\", what = \"pin\", name = \"second\"}\n"
+      "world.add_robot{id = \"cell\", robot = \"arm\", name = \"twin\"}";
+  // Later fields of a table in Lua replace earlier ones, so that required ones are compared, too.
+  const auto member = [&](const std::string& list, const std::string& at, const std::string& add,
+                          std::map<std::string, Given> given) {
+    compare({.kind = "world",
+             .record = "cell",
+             .path = list,
+             .at = at,
+             .setup = cell,
+             .call = "world." + add + "$}",
+             .add = "world." + add + "}",
+             .given = with_placement(std::move(given)),
+             .other = {{"bindings", "program.bind"}}});
+  };
+  const std::string moving =
+      "record.set{id = world.get(\"cell\"), path = \"robots[3].base\", value = \"free_flying\"}";
+  member("objects", "objects[3].", "add_object{id = \"cell\", name = \"a\", what = \"pin\"",
+         {{"what", {"\"plate\""}}});
+  member("robots", "robots[3].", "add_robot{id = \"cell\", name = \"a\", robot = \"arm\"",
+         {{"robot", {"\"other\""}},
+          {"q", {"{0.1, 0.2, 0.3}"}},
+          {"base_trajectory", {"\"seam\"", ", base = \"free_flying\"", moving}}});
+  member("trajectories", "trajectories[2].",
+         "add_trajectory{id = \"cell\", name = \"a\", trajectory = \"seam\"",
+         {{"trajectory", {"\"other_seam\""}}});
+  member("frames", "frames[1].", "add_frame{id = \"cell\", name = \"a\"", {});
+  member("tasks", "tasks[1].", "add_task{id = \"cell\", name = \"a\", task = \"job\"",
+         {{"task", {"\"other_job\""}}, {"robot", {"\"arm\""}}});
+  member("programs", "programs[1].", "add_program{id = \"cell\", name = \"a\", program = \"moves\"",
+         {{"program", {"\"rests\""}}, {"robot", {"\"arm\""}}});
+  member("attachments", "attachments[1].",
+         "attach{id = \"cell\", object = \"held\", robot = \"arm\"",
+         {{"object", {"\"second\""}}, {"robot", {"\"twin\""}}, {"link", {"\"a2\""}}});
+}
+
+TEST(RecordParams, BindingsHaveEachFieldOfTheRecord) {
+  const std::string setup =
+      kArm +
+      "\nprogram.create{name = \"moves\", source = \"PROGRAM moves; BEGIN HALT; ENDPROGRAM;\"}\n"
+      "world.create{name = \"cell\"}\nworld.add_robot{id = \"cell\", robot = \"arm\"}\n"
+      "world.add_frame{id = \"cell\", name = \"bench\"}\n"
+      "world.add_object{id = \"cell\", what = \"pin\"}\n"
+      "world.add_signal{id = \"cell\", name = \"go\"}\n"
+      "world.add_signal{id = \"cell\", name = \"other\"}\n"
+      "world.add_program{id = \"cell\", program = \"moves\"}";
+  const auto bound = [&](const std::string& first, std::map<std::string, Given> given,
+                         std::map<std::string, std::string> other) {
+    compare({.kind = "world",
+             .record = "cell",
+             .path = "programs.bindings",
+             .at = "programs[1].bindings[1].",
+             .setup = setup,
+             .call = "program.bind{id = \"moves\", " + first + "$}",
+             .add = "program.bind{id = \"moves\", " + first + "}",
+             .given = std::move(given),
+             .other = std::move(other)});
+  };
+  const char* const point = "Of a point, which must be a variable of the program.";
+  std::map<std::string, std::string> never{{"kind", "Each kind has fields of its own."},
+                                           {"at", point},
+                                           {"expression", "Of a value, which must be a variable."}};
+  for (const char* name : {"x", "y", "z", "roll", "pitch", "yaw"}) never[name] = point;
+  const auto except = [&](std::initializer_list<const char*> names) {
+    std::map<std::string, std::string> out = never;
+    for (const char* name : names) out[name] = "Not of this kind.";
+    return out;
+  };
+  bound("kind = \"signal\", name = \"done\", to = \"go\"", {},
+        except({"frame", "tool", "joint", "reach", "value"}));
+  bound("kind = \"robot\", to = \"arm\"", {{"frame", {"\"bench\""}}, {"tool", {"\"a2\""}}},
+        except({"name", "to", "joint", "reach", "value"}));
+  bound("kind = \"grip\", name = \"hand\"", {{"to", {"\"pin\""}}, {"tool", {"\"a2\""}}},
+        except({"frame", "joint", "value"}));
+  bound("kind = \"joint\", name = \"7\", to = \"arm\"", {{"joint", {"\"a2\""}}},
+        except({"name", "to", "frame", "tool", "reach", "value"}));
+  bound("kind = \"free\", name = \"input\"", {}, except({"to", "frame", "tool", "joint", "reach"}));
+}
+
+TEST(RecordParams, ToolsLoopsPosesAndAxesHaveEachFieldOfTheRecord) {
+  const auto of_arm = [](const std::string& list, const std::string& setup, const std::string& call,
+                         std::map<std::string, Given> given,
+                         std::map<std::string, std::string> other) {
+    compare({.kind = "robot",
+             .record = "arm",
+             .path = list,
+             .at = list + "[1].",
+             .setup = setup,
+             .call = call,
+             .add = replaced(call, ""),
+             .given = with_placement(std::move(given)),
+             .other = std::move(other)});
+  };
+  of_arm("tools", kArm, "robot.add_tool{id = \"arm\", name = \"camera\", link = \"a1\"$}",
+         {{"link", {"\"a2\""}}}, {{"payload", "robot.set_payload"}});
+  of_arm("attached",
+         kArm +
+             "\nsolid.create{name = \"plate\", root = {kind = \"box\", x = 0.2, y = 0.1, z = "
+             "0.1}}",
+         "robot.attach{id = \"arm\", tool = \"pin\", name = \"pen\", link = \"a1\"$}",
+         {{"link", {"\"a2\""}}}, {{"what", "It is the argument tool."}});
+  of_arm("poses", kArm, "robot.set_pose{id = \"arm\", name = \"up\", q = {0, 0, 0}$}",
+         {{"q", {"{0.1, 0.2, 0.3}"}}}, {});
+  of_arm("loops", kArm,
+         "robot.add_loop{id = \"arm\", name = \"pin\", kind = \"point\", a = {link = \"a1\"}, "
+         "b = {link = \"base\"}$}",
+         {},
+         {{"link_a", "Compared below."},
+          {"link_b", "Compared below."},
+          {"a", "Compared below."},
+          {"b", "Compared below."}});
+  of_arm("axes", kArm,
+         "robot.set_axes{id = \"arm\", axes = {{name = \"J1\", link = \"a1\"$}, {name = "
+         "\"J2\", link = \"a2\"}, {name = \"J3\", link = \"a3\"}}}",
+         {{"sign", {"-1"}}, {"coupled", {"{{link = \"a2\", ratio = 2.0}}"}}},
+         {{"link", "Each joint has one axis."},
+          {"unit", "The joint decides it."},
+          {"external", "Compared below."}});
+}
+
+TEST(RecordParams, SidesOfALoopAreLinkAndFrame) {
+  Case c{.kind = "robot",
+         .record = "arm",
+         .path = "loops",
+         .at = "",
+         .setup = kArm,
+         .call = "",
+         .add = "",
+         .given = {}};
+  const std::string made =
+      after(c,
+            "robot.add_loop{id = \"arm\", name = \"pin\", kind = \"point\", a = {link = \"a2\", "
+            "position = {0.1, 0, 0}}, b = {link = \"a1\", placement = {0, 0.2, 0, 0, 0, 0.3}}}");
+  std::string lua =
+      "robot.add_loop{id = \"arm\", name = \"pin\", kind = \"point\", a = {link = \"a1\"}, b = "
+      "{link = \"base\"}}\n";
+  for (const char* set :
+       {"link_a\", value = \"a2\"", "link_b\", value = \"a1\"",
+        "a\", value = {position = {0.1, 0, 0}}", "b\", value = {0, 0.2, 0, 0, 0, 0.3}"})
+    lua += "record.set{id = robot.get(\"arm\"), path = \"loops[1]." + std::string(set) + "}\n";
+  EXPECT_EQ(made, after(c, lua));
+  EXPECT_FALSE(made.starts_with("error")) << made;
+}
+
 /// The kinds of steps with what each must have.
 const std::map<std::string, std::string> kSteps = {
     {"move", ", pose = \"up\""},

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/record_params.h"
 #include "ioci/program/alone_inputs.h"
 #include "ioci/program/points.h"
 #include "ioci/program/run_files.h"
@@ -23,9 +24,6 @@ using model::PlacedProgram;
 using model::Program;
 using model::ProgramBinding;
 
-std::vector<std::string> binding_words() {
-  return {model::kBindingWords.begin(), model::kBindingWords.end()};
-}
 bool same_name(std::string_view a, std::string_view b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
            return std::tolower(static_cast<unsigned char>(x)) ==
@@ -44,7 +42,7 @@ Result<void> edit_place(CommandContext& ctx, const ProgramPlace& place, Fn&& fn)
 
 Result<Value> add_to_world(CommandContext& ctx, const Map& args) {
   PlacedProgram made;
-  made.program = ref(args, "program");
+  RMP_TRY(set_fields(made, args, {"robot"}));
   if (has(args, "robot")) {
     RMP_TRY_ASSIGN(const std::size_t at,
                    find_robot(ctx, typed<model::World>(args), *args.find("robot"), "robot"));
@@ -111,16 +109,8 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
   const AnyId id = ref(args, "id");
   RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
   ProgramBinding b;
+  RMP_TRY(set_fields(b, args));
   const std::string word = text_of(args, "kind");
-  for (std::size_t k = 0; k < model::kBindingWords.size(); ++k)
-    if (word == model::kBindingWords[k]) b.kind = static_cast<BindingKind>(k);
-  b.name = text_of(args, "name");
-  b.to = text_of(args, "to");
-  b.frame = text_of(args, "frame");
-  b.tool = text_of(args, "tool");
-  b.joint = text_of(args, "joint");
-  b.reach = has(args, "reach") ? real(args, "reach") : 0;
-  b.value = has(args, "value") ? real(args, "value") : 0;
   const auto needs = [&](const char* what, bool is_there) -> Result<void> {
     if (is_there) return {};
     return error(ErrorCode::invalid_argument,
@@ -155,8 +145,6 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
   RMP_TRY(only("position", b.kind == BindingKind::point));
   RMP_TRY(only("rpy", b.kind == BindingKind::point));
   RMP_TRY(only("expression", b.kind == BindingKind::value));
-  b.at = text_of(args, "at");
-  b.expression = text_of(args, "expression");
   RMP_TRY(read_expressions(args, "position", "m", {&b.x, &b.y, &b.z}));
   RMP_TRY(read_expressions(args, "rpy", "rad", {&b.roll, &b.pitch, &b.yaw}));
   if (model::gives_value(b.kind)) {
@@ -346,6 +334,35 @@ Error named_once(Error e, const std::string& where) {
   return std::move(e).in(where);
 }
 
+namespace {
+
+/// The arguments of program.bind: the fields of a binding, with the six expressions of a point as
+/// two lists, and the robot of a grip or point apart from the joint.
+Schema binding_params(const ParamSpec& world, const ParamSpec& there) {
+  Schema s =
+      without(record_params("world", "programs.bindings"), {"x", "y", "z", "roll", "pitch", "yaw"});
+  param_named(s, "kind").required = true;
+  ParamSpec& reach = param_named(s, "reach");
+  reach.min = kPositive;
+  reach.doc = "Reach of a grip; 5 mm if omitted.";
+  param_named(s, "joint").doc = "Name or number of the robot's joint.";
+  s.push_back(optional("robot", "string", "",
+                       "Robot with the tool of a grip or the target of a point; by default the "
+                       "program's robot."));
+  s.push_back(optional("position", "any", "m",
+                       "Of a point: offset from there, three numbers or expressions along its "
+                       "axes."));
+  s.push_back(optional("rpy", "any", "rad",
+                       "Of a point: roll, pitch, yaw there, three numbers or expressions."));
+  s = led_by({"kind", "name", "to", "frame", "tool", "joint", "robot", "reach", "value", "at",
+              "position", "rpy", "expression"},
+             std::move(s));
+  s.insert(s.begin(), {self("program"), world, there});
+  return s;
+}
+
+}  // namespace
+
 RMP_COMMANDS(program_in_world_commands) {
   std::vector<CommandSpec> all;
   const auto add = [&](const char* name, const char* summary, const char* details,
@@ -369,10 +386,8 @@ RMP_COMMANDS(program_in_world_commands) {
       "The world stores the bindings of its names (program.bind). A program may be in several "
       "worlds, and several times in one.",
       with_cell("assert(cell:programs()[1].name == \"there\")"),
-      {self("world"), needed("program", "ref:program", "", "The program."),
-       optional("name", "string", "", "Its name in the world; by default that of the program."),
-       optional("robot", "string", "",
-                "Robot of the world for motions that name none; by default the only robot.")},
+      led_by({"id", "program", "name", "robot"},
+             without(member_params("programs", "program"), {"bindings"})),
       {"string", "", "Its name in the world.", {}}, Effect::edits, add_to_world);
   add("world.remove_program", "Removes a program from a world.", "The program itself stays.",
       with_cell("cell:remove_program(\"there\")\nassert(#cell:programs() == 0)"),
@@ -409,31 +424,8 @@ RMP_COMMANDS(program_in_world_commands) {
       "s. Both kinds know the parameters of the object, or of the world for its frames, and "
       "parameters of worlds as `cell.height`. Bound values are used wherever the program is run, "
       "checked or posted, and follow every change.",
-      with_cell("assert(there:bindings()[1].to == \"ready\")"),
-      {self("program"), world, there, choice("kind", binding_words(), "Kind of the binding.", true),
-       optional("name", "string", "", "Name in the program; if omitted, the program's robot."),
-       optional("to", "string", "",
-                "Name in the world: robot, signal, task, the object that a grip takes, the object "
-                "or frame that a point is on, or the object that has the parameters of a value; if "
-                "omitted, the world's parameters."),
-       optional("frame", "string", "", "Frame or object of the world in which targets are given."),
-       optional("tool", "string", "", "Tool, link, or held object with its tool centre point."),
-       optional("joint", "string", "", "Name or number of the robot's joint."),
-       optional("robot", "string", "",
-                "Robot with the tool of a grip or the target of a point; by default the program's "
-                "robot."),
-       above_zero(optional("reach", "real", "m", "Reach of a grip; 5 mm if omitted.")),
-       optional("value", "real", "", "Value of a free input."),
-       optional("at", "string", "",
-                "Of a point: a centre point or part of the object, a node of the solid, or a "
-                "feature by number or description (object.place); its frame if omitted."),
-       optional("position", "any", "m",
-                "Of a point: offset from there, three numbers or expressions along its axes."),
-       optional("rpy", "any", "rad",
-                "Of a point: roll, pitch, yaw there, three numbers or expressions."),
-       optional("expression", "string", "",
-                "Expression of a value over parameters: \"bore/2 + 3 mm\".")},
-      {}, Effect::edits, bind);
+      with_cell("assert(there:bindings()[1].to == \"ready\")"), binding_params(world, there), {},
+      Effect::edits, bind);
   add("program.unbind", "Removes a binding of a program.",
       "The name then refers to the member of the world with the same name.",
       with_cell("there:unbind(\"done\")\nassert(#there:bindings() == 0)"),

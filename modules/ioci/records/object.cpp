@@ -46,20 +46,31 @@ Result<void> append(CommandContext& ctx, Object& o, FreshNames& taken, const Map
   return {};
 }
 
-model::Overlap overlap_of(const Map& args) {
-  return text_of(args, "overlap") == "sum" ? model::Overlap::sum : model::Overlap::once;
+/// The fields of an object itself.
+Schema object_schema() {
+  Schema s =
+      led_by({"overlap"}, without(record_params("object", ""), {"measured", "parts", "tcps"}));
+  param_named(s, "overlap").default_value = Value(std::string(model::kOverlapWords.front()));
+  return s;
 }
 
-ParamSpec overlap_spec() {
-  return choice(
-      "overlap", {"once", "sum"},
-      "Whether volume shared by parts counts once (for the part listed first) or for every part.");
+/// Sets the one field `name` of an object or part, if `schema` has it.
+template <class T>
+Result<bool> set_one_field(const CommandContext& ctx, const Schema& schema, T& to,
+                           const std::string& name, const Value& value, const std::string& path) {
+  const ParamSpec* p = find_param(schema, name);
+  if (!p) return false;
+  RMP_TRY_ASSIGN(const Value checked,
+                 check_value(*p, value, path, [&ctx](std::string_view kinds, const Value& v) {
+                   return ctx.resolve(kinds, v);
+                 }));
+  RMP_TRY(set_fields(to, Map{{name, checked}}));
+  return true;
 }
 
 Result<Value> create_object(CommandContext& ctx, const Map& args) {
   Object o;
-  o.description = text_of(args, "description");
-  o.overlap = overlap_of(args);
+  RMP_TRY(set_fields(o, args));
   o.parametric = ctx.expressions.own();
   FreshNames taken;
   if (const Value* parts = args.find("parts"))
@@ -122,29 +133,17 @@ Result<Value> set_object(CommandContext& ctx, const Map& args) {
   if (is_done) return Value();
   auto done = change<Object>(ctx, id, [&](Object& o) -> Result<void> {
     ctx.expressions.keep(o.parametric);
-    if (path == "description" || path == "overlap") {
-      const ParamSpec p =
-          path == "overlap" ? overlap_spec() : optional("description", "string", "", "");
-      RMP_TRY_ASSIGN(const Value v, check_value(p, value, path));
-      if (path == "overlap") o.overlap = overlap_of(Map{{"overlap", v}});
-      else o.description = *v.as_string();
-      return {};
-    }
+    RMP_TRY_ASSIGN(const bool is_own, set_one_field(ctx, object_schema(), o, path, value, path));
+    if (is_own) return {};
     const auto dot = path.find('.');
     RMP_TRY_ASSIGN(const std::size_t at, find_part(o, path.substr(0, dot)));
     ObjectPart& part = o.parts[at];
     const std::string name = dot == std::string::npos ? "" : path.substr(dot + 1);
     RMP_TRY_ASSIGN(const bool placed, set_placement(part.placement, name, value, path));
     if (placed) return {};
-    if (name == "what") {
-      RMP_TRY_ASSIGN(part.what, read_ref(ctx, "solid|object", value, path));
-      return {};
-    }
-    if (name == "material") {
+    if (name == "material" &&
+        (value.is_nil() || (value.as_string() && value.as_string()->empty()))) {
       part.material = {};
-      if (value.is_nil() || (value.as_string() && value.as_string()->empty())) return {};
-      RMP_TRY_ASSIGN(const AnyId m, read_ref(ctx, "material", value, path));
-      part.material = MaterialId{m.number};
       return {};
     }
     if (name == "name") {
@@ -158,8 +157,11 @@ Result<Value> set_object(CommandContext& ctx, const Map& args) {
       part.name = wanted;
       return {};
     }
-    std::vector<std::string> known{"what", "material", "name"};
-    known.insert(known.end(), std::begin(kPlacementFields), std::end(kPlacementFields));
+    const Schema fields = part_schema();
+    RMP_TRY_ASSIGN(const bool is_set, set_one_field(ctx, fields, part, name, value, path));
+    if (is_set) return {};
+    std::vector<std::string> known;
+    for (const ParamSpec& p : fields) known.push_back(p.name);
     Error e = unknown_name("field", name, known);
     e.message += " of part " + text::quote(part.name);
     return e;
@@ -206,6 +208,13 @@ Result<std::size_t> find_part(const model::Object& o, std::string_view name) {
 
 RMP_COMMANDS(object_commands) {
   std::vector<CommandSpec> all;
+  Schema create_params{needed("name", "string", "", "Name, unique among objects."),
+                       optional("parts", "list", "", "Its parts."),
+                       optional("tcps", "list", "",
+                                "Tool centre points: tables with name and placement, as in "
+                                "object.add_tcp.")};
+  for (ParamSpec& p : object_schema()) create_params.push_back(std::move(p));
+  create_params.push_back(parameters_field());
   all.push_back(
       {.name = "object.create",
        .classic = "",
@@ -213,13 +222,7 @@ RMP_COMMANDS(object_commands) {
        .details = "A part is a table: what (a solid or object), name, placement or position with "
                   "angles, and a material that replaces that of the solid.",
        .example = with_bolt("assert(#bolt:describe().parts == 2)"),
-       .params = {needed("name", "string", "", "Name, unique among objects."),
-                  optional("parts", "list", "", "Its parts."),
-                  optional("tcps", "list", "",
-                           "Tool centre points: tables with name and placement, as in "
-                           "object.add_tcp."),
-                  overlap_spec(), optional("description", "string", "", "Its description."),
-                  parameters_field()},
+       .params = std::move(create_params),
        .returns = {"handle", "", "", {}},
        .effect = Effect::edits,
        .run = create_object,

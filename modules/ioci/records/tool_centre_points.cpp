@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "ioci/core/record_params.h"
+
 namespace robomosp::ioci {
 namespace {
 
@@ -71,15 +73,15 @@ std::string with_torch(const char* rest) {
 }  // namespace
 
 Schema tcp_schema() {
-  Schema s{needed("name", "string", "", "Unique among the centre points of the object.")};
-  for (ParamSpec& p : placement_fields("the object")) s.push_back(std::move(p));
+  Schema s = record_params("object", "tcps", "the object");
+  param_named(s, "name").required = true;
   return s;
 }
 
 Result<void> append_tcp(CommandContext& ctx, Object& o, const Map& checked, const Map& given,
                         std::string_view path) {
   ToolCentrePoint t;
-  t.name = text_of(checked, "name");
+  RMP_TRY(set_fields(t, checked));
   if (t.name.find('.') != std::string::npos)
     return error(
         ErrorCode::invalid_argument, text::quote(t.name) + " has a dot",
@@ -99,20 +101,20 @@ RMP_COMMANDS(tool_centre_point_commands) {
   std::vector<CommandSpec> all;
   Schema add = tcp_schema();
   add.insert(add.begin(), self("object"));
-  all.push_back(
-      {.name = "object.add_tcp",
-       .classic = "",
-       .summary = "Adds a tool centre point, which makes an object a tool.",
-       .details = "robot.attach mounts the object by its own frame, z away from the flange; its "
-                  "centre points are then tips of the robot. The first one is the default. Its "
-                  "numbers may be expressions: object.set(\"tcps.tip.position.z\", ...).",
-       .example = with_torch("torch:add_tcp{name = \"nozzle\", position = {0, 0, 0.2}}\n"
-                             "assert(#torch:tcps() == 2)"),
-       .params = std::move(add),
-       .returns = {},
-       .effect = Effect::edits,
-       .run = add_tcp,
-       .takes_expressions = true});
+  all.push_back({.name = "object.add_tcp",
+                 .classic = "",
+                 .summary = "Adds a tool centre point, which makes an object a tool.",
+                 .details =
+                     "robot.attach mounts the object by its own frame, z away from the flange; its "
+                     "centre points are then tips of the robot. The first one is the default. Its "
+                     "numbers may be expressions: object.set(\"tcps.tip.position.z\", ...).",
+                 .example = with_torch("torch:add_tcp{name = \"nozzle\", position = {0, 0, 0.2}}\n"
+                                       "assert(#torch:tcps() == 2)"),
+                 .params = std::move(add),
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = add_tcp,
+                 .takes_expressions = true});
   all.push_back({.name = "object.remove_tcp",
                  .classic = "",
                  .summary = "Removes a tool centre point.",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evaluation/attached_tools.h"
+#include "ioci/core/record_params.h"
 #include "ioci/robot/placement_argument.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
@@ -117,6 +118,7 @@ std::string name_for(const CommandContext& ctx, const Map& args, AnyId what) {
 
 Result<Value> attach(CommandContext& ctx, const Map& args) {
   AttachedTool t;
+  RMP_TRY(set_fields(t, args));
   t.what = ref(args, "tool");
   t.name = name_for(ctx, args, t.what);
   RMP_TRY_ASSIGN(const auto point, wanted_point(args));
@@ -226,14 +228,14 @@ RMP_COMMANDS(attached_tool_commands) {
       "Centre point that becomes the robot's tool, as used by inverse kinematics and trajectories. "
       "False: the robot keeps its own tool frame. If omitted: the first centre point of the tool, "
       "if it is on the last link and no centre point of another tool is the robot's tool.");
-  Schema params{self("robot"),
-                needed("tool", "ref:object|solid", "", "The tool, mounted by its own frame."),
-                optional("name", "string", "",
-                         "Name of the tool on this robot; by default that of the object."),
-                optional("link", "any", "",
-                         "Number or name of the link, or \"base\"; by default the last one."),
-                point};
-  for (ParamSpec& p : placement_fields("the link")) params.push_back(std::move(p));
+  Schema params = led_by({"what", "name", "link"}, record_params("robot", "attached", "the link"));
+  params[0].name = "tool";
+  params[0].required = true;
+  params[0].doc = "The tool, mounted by its own frame.";
+  params[1].doc = "Name of the tool on this robot; by default that of the object.";
+  params[2].doc = "Number or name of the link, or \"base\"; by default the last one.";
+  params.insert(params.begin() + 3, point);
+  params.insert(params.begin(), self("robot"));
   all.push_back(
       {.name = "robot.attach",
        .classic = "",

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The axes of a robot as its maker counts them: changed, shown, and joints from them.
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
+#include "ioci/core/record_params.h"
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "ioci/robot/shown_robot.h"
@@ -18,39 +20,32 @@ using model::AxisUnit;
 using model::MakerAxis;
 using model::Robot;
 
-ParamSpec of_unit(ParamSpec p, AxisUnit unit) {
-  p.unit = unit == AxisUnit::mm ? "m" : "rad";
-  return p;
+constexpr const char* kJointType = "member:joint of id or int";
+
+Schema coupling_params() {
+  Schema s = record_params("robot", "axes.coupled");
+  ParamSpec& link = param_named(s, "link");
+  link.type = kJointType;
+  link.required = true;
+  param_named(s, "ratio").default_value = Value(1.0);
+  return s;
 }
 
-/// Fields of an axis; the unit of its numbers follows its own.
-Schema maker_axis_schema(AxisUnit unit) {
-  return Schema{
-      needed("name", "string", "", "The maker's name, such as A1."),
-      needed("link", "any", "", "Name or number of the link that its joint moves."),
-      between(
-          defaulted("sign", "int", "", 1, "1, or -1 if the axis counts in the opposite direction."),
-          -1, 1),
-      of_unit(defaulted("offset", "real", "rad", 0.0, "Value of the axis at joint value 0."), unit),
-      optional("coupled", "list", "", "Coupled joints: {link = ..., ratio = 1}."),
-      choice("unit", {"deg", "mm"}, "mm for a prismatic joint."),
-      defaulted("external", "bool", "", false, "Whether it is an external axis of the controller."),
-      of_unit(
-          unbounded(optional("lower", "real", "rad", "Least value; by default that of the joint.")),
-          unit),
-      of_unit(unbounded(optional("upper", "real", "rad", "Greatest value.")), unit)};
+Schema maker_axis_params() {
+  Schema s = record_params("robot", "axes");
+  param_named(s, "name").required = true;
+  ParamSpec& link = param_named(s, "link");
+  link.type = kJointType;
+  link.required = true;
+  param_named(s, "sign").default_value = Value(1);
+  param_named(s, "offset").default_value = Value(0.0);
+  param_named(s, "unit").default_value = Value(std::string(model::kAxisUnitWords.front()));
+  param_named(s, "external").default_value = Value(false);
+  param_named(s, "coupled").type = "list<" + map_type(coupling_params()) + ">";
+  return s;
 }
 
-std::string axis_type() {
-  Schema s = maker_axis_schema(AxisUnit::deg);
-  retype(s, "link", "member:joint of id or int");
-  retype(s, "coupled", "table{link: member:joint of id or int; ratio: real = 1}");
-  for (const char* field : {"offset", "lower", "upper"}) {
-    for (ParamSpec& p : s)
-      if (p.name == field) p.unit = "rad|m";
-  }
-  return map_type(s);
-}
+std::string axis_type() { return map_type(maker_axis_params()); }
 const NamedType kAxisType("axis", "map", axis_type);
 
 Result<MakerAxis> read_maker_axis(const CommandContext& ctx, const Robot& r, const Value& given,
@@ -59,28 +54,25 @@ Result<MakerAxis> read_maker_axis(const CommandContext& ctx, const Robot& r, con
   if (const Map* table = given.as_map())
     if (const Value* unit = table->find("unit"); unit && unit->as_string())
       a.unit = *unit->as_string() == "mm" ? AxisUnit::mm : AxisUnit::deg;
-  RMP_TRY_ASSIGN(const Map checked, read_map(ctx, maker_axis_schema(a.unit), given, path));
-  a.name = text_of(checked, "name");
+  // The unit of its numbers follows its own.
+  static const std::array<Schema, 2> kSchemas{plain_params(maker_axis_params(), 0),
+                                              plain_params(maker_axis_params(), 1)};
+  RMP_TRY_ASSIGN(const Map checked,
+                 read_map(ctx, kSchemas[a.unit == AxisUnit::mm ? 1 : 0], given, path));
+  RMP_TRY(set_fields(a, checked));
   RMP_TRY_ASSIGN(a.link, read_link(r, *checked.find("link"), false, path + ".link"));
-  a.sign = static_cast<std::int32_t>(integer(checked, "sign"));
   if (a.sign == 0)
     return error(ErrorCode::invalid_argument, "the sign of axis " + text::quote(a.name) + " is 0",
                  "It is 1 or -1.", path + ".sign");
-  a.offset = real(checked, "offset");
-  a.external = flag(checked, "external");
-  if (has(checked, "lower")) a.lower = real(checked, "lower");
-  if (has(checked, "upper")) a.upper = real(checked, "upper");
   if (!has(checked, "coupled")) return a;
-  static const Schema kCoupled{
-      needed("link", "any", "", "Name or number of the link moved by the coupled joint."),
-      defaulted("ratio", "real", "", 1.0, "Factor of that joint's value.")};
+  static const Schema kCoupled = plain_params(coupling_params());
   const List& list = *checked.find("coupled")->as_list();
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string at = path + ".coupled[" + std::to_string(i + 1) + "]";
     RMP_TRY_ASSIGN(const Map one, read_map(ctx, kCoupled, list[i], at));
     model::AxisCoupling c;
+    RMP_TRY(set_fields(c, one));
     RMP_TRY_ASSIGN(c.link, read_link(r, *one.find("link"), false, at + ".link"));
-    c.ratio = real(one, "ratio");
     a.coupled.push_back(c);
   }
   return a;

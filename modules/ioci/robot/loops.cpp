@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/core/record_params.h"
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/robots.h"
 #include "kernel/type.h"
@@ -63,8 +64,7 @@ Result<LoopClosure*> find_loop(Robot& r, const std::string& name) {
 }
 
 Result<void> apply_loop(CommandContext& ctx, const Map& args, const Robot& r, LoopClosure& l) {
-  if (has(args, "kind"))
-    l.kind = model::loop_kind(text_of(args, "kind")).value_or(model::LoopKind::revolute);
+  RMP_TRY(set_fields(l, args, {"a", "b"}));
   if (has(args, "a")) RMP_TRY(read_side(ctx, r, *ctx.given("a"), "a", l.link_a, l.in_a));
   if (has(args, "b")) RMP_TRY(read_side(ctx, r, *ctx.given("b"), "b", l.link_b, l.in_b));
   return {};
@@ -73,7 +73,6 @@ Result<void> apply_loop(CommandContext& ctx, const Map& args, const Robot& r, Lo
 Result<Value> add_loop(CommandContext& ctx, const Map& args) {
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     LoopClosure l;
-    l.name = text_of(args, "name");
     RMP_TRY(apply_loop(ctx, args, r, l));
     r.loops.push_back(std::move(l));
     return {};
@@ -187,21 +186,28 @@ Result<Value> close(CommandContext& ctx, const Map& args) {
                    {"iterations", static_cast<std::int64_t>(closed.iterations)}});
 }
 
+/// The fields of a loop; each side, a link with a frame, is one argument.
+Schema loop_params(bool creating) {
+  Schema s = led_by({"name", "kind"},
+                    without(record_params("robot", "loops"), {"link_a", "link_b", "a", "b"}));
+  param_named(s, "name").required = true;
+  param_named(s, "kind").required = creating;
+  for (const char* side : {"b", "a"}) {
+    ParamSpec p = optional(side, "map", "",
+                           "A frame on a link: {link = name, number or \"base\", and position with "
+                           "angles or placement}.");
+    p.required = creating;
+    s.insert(s.begin() + 2, std::move(p));
+  }
+  s.insert(s.begin(), self("robot"));
+  return s;
+}
+
 }  // namespace
 
 RMP_COMMANDS(robot_loop_commands) {
   std::vector<CommandSpec> all;
-  const std::vector<std::string> kinds{model::kLoopWords.begin(), model::kLoopWords.end()};
-  const char* const kind_doc =
-      "Constraint: point, the frames' origins coincide (a ball joint); revolute, also their z axes "
-      "(a hinge); planar, the origins in x and y of frame a (a hinge of a planar mechanism); weld, "
-      "the whole frames.";
-  const char* const side_doc =
-      "A frame on a link: {link = name, number or \"base\", and position with angles or "
-      "placement}.";
   const ParamSpec name = needed("name", "string", "", "Name of the loop, unique in the robot.");
-  ParamSpec kind = choice("kind", kinds, kind_doc, true);
-  kind.required = false;
   all.push_back(
       {.name = "robot.add_loop",
        .classic = "",
@@ -210,8 +216,7 @@ RMP_COMMANDS(robot_loop_commands) {
                   "cut at one joint of each loop, which becomes this closure. Joints without "
                   "motors are marked with passive = true.",
        .example = with_four_bar("assert(#bar:loops() == 1)"),
-       .params = {self("robot"), name, choice("kind", kinds, kind_doc, true),
-                  needed("a", "map", "", side_doc), needed("b", "map", "", side_doc)},
+       .params = loop_params(true),
        .returns = {},
        .effect = Effect::edits,
        .run = add_loop});
@@ -221,8 +226,7 @@ RMP_COMMANDS(robot_loop_commands) {
                  .details = "",
                  .example = with_four_bar("bar:set_loop{name = \"pin\", kind = \"revolute\"}\n"
                                           "assert(bar:loops()[1].kind == \"revolute\")"),
-                 .params = {self("robot"), name, kind, optional("a", "map", "", side_doc),
-                            optional("b", "map", "", side_doc)},
+                 .params = loop_params(false),
                  .returns = {},
                  .effect = Effect::edits,
                  .run = set_loop});

@@ -126,19 +126,29 @@ Result<Value> poses(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
+Schema pose_params(const ParamSpec& q) {
+  Schema s = led_by({"name"}, without(record_params("robot", "poses"), {"q"}));
+  s.front().required = true;
+  s.front().doc = "Name of the pose.";
+  s.insert(s.begin(), self("robot"));
+  s.insert(s.begin() + 2, q);
+  return s;
+}
+
 Result<Value> set_pose(CommandContext& ctx, const Map& args) {
-  const std::string name = text_of(args, "name");
-  if (name.empty())
+  model::NamedPose given;
+  RMP_TRY(set_fields(given, args));
+  if (given.name.empty())
     return error(ErrorCode::invalid_argument, "the pose has no name", "Give name = \"home\".");
   RMP_TRY_ASSIGN(const auto m, model_of(ctx, args));
-  RMP_TRY_ASSIGN(const auto q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
+  RMP_TRY_ASSIGN(given.q, read_q(*args.find("q"), content<Robot>(ctx, args), m->joints, "q"));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
     for (model::NamedPose& p : r.poses)
-      if (p.name == name) {
-        p.q = q;
+      if (p.name == given.name) {
+        p = given;
         return {};
       }
-    r.poses.push_back({name, q});
+    r.poses.push_back(given);
     return {};
   });
 }
@@ -332,7 +342,7 @@ RMP_COMMANDS(robot_commands) {
        .details = "A world shows the pose \"home\" first.",
        .example = with_arm("arm:set_pose{name = \"home\", q = {0, \"-45 deg\", 0, 0, 0, "
                            "0}}\nassert(math.abs(arm:poses().home[2] + math.pi / 4) < 1e-15)"),
-       .params = {self("robot"), needed("name", "string", "", "Name of the pose."), q_needed},
+       .params = pose_params(q_needed),
        .returns = {},
        .effect = Effect::edits,
        .run = set_pose});

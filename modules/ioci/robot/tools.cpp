@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "evaluation/attached_tools.h"
+#include "ioci/core/record_params.h"
 #include "ioci/robot/placement_argument.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
@@ -78,6 +79,7 @@ Result<Value> set_tool(CommandContext& ctx, const Map& args) {
       return {};
     }
     RMP_TRY_ASSIGN(RobotTool * t, find_tool(r, text_of(args, "tool")));
+    RMP_TRY(set_fields(*t, args));
     if (has_placement(ctx)) t->placement = placement;
     if (has(args, "link")) {
       RMP_TRY_ASSIGN(t->link, read_link(r, *args.find("link"), true, "link"));
@@ -88,7 +90,7 @@ Result<Value> set_tool(CommandContext& ctx, const Map& args) {
 
 Result<Value> add_tool(CommandContext& ctx, const Map& args) {
   RobotTool t;
-  t.name = text_of(args, "name");
+  RMP_TRY(set_fields(t, args));
   RMP_TRY_ASSIGN(t.placement, placement_given(ctx, "tool"));
   RMP_TRY(read_mass(args, t.payload, ""));
   return change_robot(ctx, args, [&](Robot& r) -> Result<void> {
@@ -177,15 +179,18 @@ RMP_COMMANDS(robot_tool_commands) {
                               field("placement", "map", "", "The placement as it was written.")}},
                  .effect = Effect::reads,
                  .run = tool});
-  Schema tool_params{self("robot")};
-  for (ParamSpec& p : placement_fields("its link")) tool_params.push_back(std::move(p));
-  Schema add_params = tool_params;
+  // The payload is given by mass, com and inertia; robot.set_payload changes it.
+  Schema add_params =
+      led_by({"name", "link"}, without(record_params("robot", "tools", "its link"), {"payload"}));
+  Schema tool_params = without(add_params, {"name", "link"});
+  tool_params.insert(tool_params.begin(), self("robot"));
   tool_params.push_back(which);
-  tool_params.push_back(optional("link", "any", "", "Another link for an additional tool."));
-  add_params.insert(
-      add_params.begin() + 1,
-      {needed("name", "string", "", "Name, unique among the robot's tools."),
-       needed("link", "any", "", "Number or name of the link that carries it, or \"base\".")});
+  ParamSpec link = param_named(add_params, "link");
+  link.doc = "Another link for an additional tool.";
+  tool_params.push_back(std::move(link));
+  param_named(add_params, "name").required = true;
+  param_named(add_params, "link").required = true;
+  add_params.insert(add_params.begin(), self("robot"));
   for (ParamSpec& p : mass_fields("Mass of the payload.", "the tool's frame"))
     add_params.push_back(std::move(p));
   all.push_back(

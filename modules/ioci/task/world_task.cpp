@@ -36,6 +36,7 @@ Result<Value> add_member(CommandContext& ctx, const Map& args, std::vector<T> Wo
 
 Result<Value> add_frame(CommandContext& ctx, const Map& args) {
   model::PlacedFrame f;
+  RMP_TRY(set_fields(f, args));
   RMP_TRY_ASSIGN(f.placement, given_placement(ctx, "placement"));
   return add_member(ctx, args, &World::frames, "frame", std::move(f));
 }
@@ -49,8 +50,7 @@ Result<Value> add_light(CommandContext& ctx, const Map& args) {
 
 Result<Value> add_task(CommandContext& ctx, const Map& args) {
   model::PlacedTask t;
-  t.task = typed<model::Task>(args, "task");
-  t.robot = text_of(args, "robot");
+  RMP_TRY(set_fields(t, args));
   const std::string wanted = ctx.snapshot().find(AnyId(t.task))->name;
   return add_member(ctx, args, &World::tasks, wanted, std::move(t));
 }
@@ -112,9 +112,7 @@ Result<Value> set_signal(CommandContext& ctx, const Map& args) {
 
 Result<Value> attach(CommandContext& ctx, const Map& args) {
   model::Attachment a;
-  a.object = text_of(args, "object");
-  a.robot = text_of(args, "robot");
-  a.link = text_of(args, "link");
+  RMP_TRY(set_fields(a, args));
   RMP_TRY_ASSIGN(a.tool_T_object, given_placement(ctx, "placement"));
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     std::erase_if(w.attachments, [&](const auto& old) { return old.object == a.object; });
@@ -175,6 +173,24 @@ Schema light_params() {
   return s;
 }
 
+Schema frame_params() {
+  Schema s = led_by({"name"}, record_params("world", "frames", "the world"));
+  param_named(s, "name").doc = "Name in the world.";
+  s.insert(s.begin(), self("world"));
+  return s;
+}
+
+Schema attachment_params() {
+  Schema s = led_by({"object", "robot", "link"},
+                    record_params("world", "attachments", "the link or tool"));
+  param_named(s, "object").required = true;
+  ParamSpec& robot = param_named(s, "robot");
+  robot.required = true;
+  robot.doc = "Name of the robot in the world; may be omitted if the world has only one.";
+  s.insert(s.begin(), self("world"));
+  return s;
+}
+
 Schema signal_params() {
   Schema s = led_by({"name", "kind", "unit"}, record_params("world", "signals"));
   param_named(s, "name").required = true;
@@ -198,11 +214,6 @@ std::string with_part(const char* rest) {
 
 RMP_COMMANDS(world_task_commands) {
   std::vector<CommandSpec> all;
-  const ParamSpec name = optional("name", "string", "", "Name in the world.");
-  const auto placed = [&](Schema params) {
-    for (ParamSpec& p : placement_fields("the world")) params.push_back(std::move(p));
-    return params;
-  };
   const ReturnSpec made{"string", "", "Name of the member.", {}};
   const auto add = [&](const char* command, const char* summary, const char* details,
                        std::string example, Schema params, ReturnSpec returns,
@@ -222,7 +233,7 @@ RMP_COMMANDS(world_task_commands) {
   add("world.add_frame", "Adds a named frame to a world.", "Targets of tasks may be given in it.",
       with_cell("cell:add_frame{name = \"bench\", position = {0.5, 0, 0.3}}\n"
                 "assert(cell:frames()[1].placement.position[1] == 0.5)"),
-      placed({self("world"), name}), made, add_frame, true);
+      frame_params(), made, add_frame, true);
   add("world.add_light", "Adds a light to a world.",
       "A sun and a spot shine along -z of their frame, with the same brightness at any distance. "
       "The lights of a world replace the renderer's own lamp in its pictures, under a weaker sky; "
@@ -234,9 +245,8 @@ RMP_COMMANDS(world_task_commands) {
       with_cell("task.create{name = \"shift\", steps = {{step = \"move\", pose = \"ready\"}}}\n"
                 "cell:add_task{task = \"shift\", robot = \"arm\"}\n"
                 "assert(cell:tasks()[1].robot == \"arm\")"),
-      {self("world"), needed("task", "ref:task", "", "The task."), name,
-       optional("robot", "string", "", "Robot for its steps that name none.")},
-      made, add_task, false);
+      led_by({"id", "task", "name", "robot"}, member_params("tasks", "task")), made, add_task,
+      false);
   add("world.add_signal", "Adds a named signal between devices to a world.",
       "Tasks set it and wait for it. Its name is used in expressions: a letter, then letters, "
       "digits and _.",
@@ -261,11 +271,7 @@ RMP_COMMANDS(world_task_commands) {
       "torques, time-optimal and forward runs.",
       with_part("cell:attach{object = \"part\", robot = \"arm\", position = {0, 0, 0.02}}\n"
                 "assert(cell:attachments()[1].robot == \"arm\")"),
-      placed({self("world"), needed("object", "string", "", "Name of the object in the world."),
-              needed("robot", "string", "",
-                     "Name of the robot in the world; may be omitted if the world has only one."),
-              optional("link", "string", "", "Link or tool; by default the robot's tool.")}),
-      {}, attach, false);
+      attachment_params(), {}, attach, false);
   add("world.detach", "Releases an object that a robot of a world holds.",
       "Its frame is then its placement in the world.",
       with_part("cell:attach{object = \"part\", robot = \"arm\"}\ncell:detach(\"part\")\n"

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "document/world_index.h"
+#include "ioci/core/record_params.h"
 
 namespace robomosp::ioci {
 
@@ -175,6 +176,15 @@ Result<model::Placement> given_placement(const CommandContext& ctx, std::string_
   for (const ParamSpec& p : placement_fields(""))
     if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
   return read_placement_fields(given, path);
+}
+
+Schema member_params(std::string_view list, std::string_view leader, const std::string& frame) {
+  Schema s = led_by({leader, "name"}, record_params("world", list, frame));
+  param_named(s, leader).required = true;
+  param_named(s, "name").doc =
+      "Name of the member, unique in the world; by default that of the record.";
+  s.insert(s.begin(), self("world"));
+  return s;
 }
 
 ParamSpec placed_robot_field() {

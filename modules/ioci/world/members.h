@@ -46,6 +46,11 @@ namespace robomosp::ioci {
 [[nodiscard]] std::string example_cell(const std::string& rest);
 [[nodiscard]] std::string example_run(const std::string& rest);
 
+/// The arguments of the command that adds to a list of the world ("robots"): the fields of its
+/// elements, with the field `leader` in front and required. `frame`: that of the placement.
+[[nodiscard]] Schema member_params(std::string_view list, std::string_view leader,
+                                   const std::string& frame = "the world");
+
 /// Changes the world `id`; errors name it.
 template <class Fn>
 Result<Value> change_world(CommandContext& ctx, const Map& args, Fn&& fn) {

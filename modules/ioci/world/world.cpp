@@ -50,25 +50,30 @@ Result<Value> set_world(CommandContext& ctx, const Map& args) {
   });
 }
 
+/// Adds a member, made of the arguments but for its name and placement, to a list of the world;
+/// the result is its name.
+template <class Members, class Member>
+Result<Value> add_placed(CommandContext& ctx, const Map& args, Members World::*list, AnyId record,
+                         Member made) {
+  RMP_TRY_ASSIGN(made.placement, given_placement(ctx, "placement"));
+  RMP_TRY(change_world(ctx, args, [&](World& w) -> Result<void> {
+    RMP_TRY_ASSIGN(made.name, member_name(w, args, ctx.snapshot().find(record)->name));
+    (w.*list).push_back(made);
+    ctx.expressions.keep(w.parametric, made.name);
+    return {};
+  }));
+  return Value(made.name);
+}
+
 Result<Value> add_object(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
-  const AnyId what = ref(args, "what");
-  std::string made;
-  RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   RMP_TRY_ASSIGN(made, member_name(w, args, ctx.snapshot().find(what)->name));
-                   w.objects.push_back({made, what, placement});
-                   ctx.expressions.keep(w.parametric, made);
-                   return {};
-                 }));
-  static_cast<void>(none);
-  return Value(made);
+  model::PlacedObject made;
+  RMP_TRY(set_fields(made, args));
+  return add_placed(ctx, args, &World::objects, made.what, made);
 }
 
 /// Many at once: one copy of the world, one check, one step.
 Result<Value> add_objects(CommandContext& ctx, const Map& args) {
-  Schema schema{needed("what", "ref:object|solid", "", "The object or solid to place."),
-                optional("name", "string", "", "Name of the member.")};
-  for (ParamSpec& p : placement_fields("the world")) schema.push_back(std::move(p));
+  static const Schema schema = plain_params(without(member_params("objects", "what"), {"id"}));
   const List& given = *args.find("objects")->as_list();
   std::vector<model::PlacedObject> fresh;
   std::vector<bool> is_named;
@@ -77,10 +82,10 @@ Result<Value> add_objects(CommandContext& ctx, const Map& args) {
     const std::string where = "objects[" + std::to_string(i + 1) + "]";
     RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, given[i], where));
     model::PlacedObject o;
-    o.what = ref(checked, "what");
+    RMP_TRY(set_fields(o, checked));
     RMP_TRY_ASSIGN(o.placement, read_placement_fields(*given[i].as_map(), where));
     is_named.push_back(has(checked, "name"));
-    o.name = is_named.back() ? text_of(checked, "name") : ctx.snapshot().find(o.what)->name;
+    if (!is_named.back()) o.name = ctx.snapshot().find(o.what)->name;
     fresh.push_back(std::move(o));
   }
   List names;
@@ -104,41 +109,22 @@ Result<Value> add_objects(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> add_robot(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
-  const auto id = typed<model::Robot>(args, "robot");
-  std::vector<double> q;
+  model::PlacedRobot made;
+  RMP_TRY(set_fields(made, args));
   if (has(args, "q")) {
     RMP_TRY_ASSIGN(const auto m, model_of(ctx, args, "robot"));
     RMP_TRY_ASSIGN(
-        q, read_q(*args.find("q"), content<model::Robot>(ctx, args, "robot"), m->joints, "q"));
+        made.q, read_q(*args.find("q"), content<model::Robot>(ctx, args, "robot"), m->joints, "q"));
   }
-  std::string made;
-  RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   RMP_TRY_ASSIGN(made, member_name(w, args, ctx.snapshot().find(AnyId(id))->name));
-                   w.robots.push_back({made, id, placement, q});
-                   ctx.expressions.keep(w.parametric, made);
-                   return {};
-                 }));
-  static_cast<void>(none);
-  if (!q.empty()) note_shown_joints(ctx, id, q);
-  return Value(made);
-}
-
-Result<Value> add_trajectory_record(CommandContext& ctx, const Map& args, TrajectoryId id) {
-  RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
-  std::string made;
-  RMP_TRY_ASSIGN(const Value none, change_world(ctx, args, [&](World& w) -> Result<void> {
-                   RMP_TRY_ASSIGN(made, member_name(w, args, ctx.snapshot().find(AnyId(id))->name));
-                   w.trajectories.push_back({made, id, placement});
-                   ctx.expressions.keep(w.parametric, made);
-                   return {};
-                 }));
-  static_cast<void>(none);
-  return Value(made);
+  RMP_TRY_ASSIGN(Value name, add_placed(ctx, args, &World::robots, AnyId(made.robot), made));
+  if (!made.q.empty()) note_shown_joints(ctx, made.robot, made.q);
+  return name;
 }
 
 Result<Value> add_trajectory(CommandContext& ctx, const Map& args) {
-  return add_trajectory_record(ctx, args, typed<model::Trajectory>(args, "trajectory"));
+  model::PlacedTrajectory made;
+  RMP_TRY(set_fields(made, args));
+  return add_placed(ctx, args, &World::trajectories, AnyId(made.trajectory), made);
 }
 
 Result<Value> load_trajectory(CommandContext& ctx, const Map& args) {
@@ -154,7 +140,9 @@ Result<Value> load_trajectory(CommandContext& ctx, const Map& args) {
                  text::quote(file.string()) + " holds " +
                      document::with_article(to_string(loaded.id.kind)) + ", not a trajectory",
                  "Give a trajectory file.");
-  return add_trajectory_record(ctx, args, TrajectoryId{loaded.id.number});
+  model::PlacedTrajectory made;
+  made.trajectory = TrajectoryId{loaded.id.number};
+  return add_placed(ctx, args, &World::trajectories, loaded.id, made);
 }
 
 Result<Value> remove_member(CommandContext& ctx, const Map& args) {
@@ -376,6 +364,14 @@ Result<Value> evaluate(CommandContext& ctx, const Map& args) {
       {"solids", std::move(out)}});
 }
 
+Schema placed_robot_params() {
+  Schema s = member_params("robots", "robot");
+  ParamSpec& q = param_named(s, "q");
+  q.type = "joints of robot or member:pose of robot";
+  q.unit = "rad or m";
+  return led_by({"id", "robot", "name", "q"}, std::move(s));
+}
+
 }  // namespace
 
 RMP_COMMANDS(world_commands) {
@@ -417,21 +413,19 @@ RMP_COMMANDS(world_commands) {
                  .effect = Effect::edits,
                  .run = set_world,
                  .takes_expressions = true});
-  all.push_back(
-      {.name = "world.add_object",
-       .classic = "",
-       .summary = "Places an object or a solid in a world.",
-       .details = "It is at the world's origin unless a placement is given.",
-       .example = "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
-                  "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
-                  "\"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
-       .params = placed({self("world"),
-                         needed("what", "ref:object|solid", "", "The object or solid to place."),
-                         member_name_spec}),
-       .returns = {"string", "", "Name of the member.", {}},
-       .effect = Effect::edits,
-       .run = add_object,
-       .takes_expressions = true});
+  all.push_back({.name = "world.add_object",
+                 .classic = "",
+                 .summary = "Places an object or a solid in a world.",
+                 .details = "It is at the world's origin unless a placement is given.",
+                 .example =
+                     "solid.create{name = \"table\", root = {kind = \"box\", x = 1, y = 1, z = "
+                     "0.7}}\nlocal cell = world.create{name = \"cell\"}\ncell:add_object{what = "
+                     "\"table\", position = {1, 0, 0}}\nassert(#cell:objects() == 1)",
+                 .params = member_params("objects", "what"),
+                 .returns = {"string", "", "Name of the member.", {}},
+                 .effect = Effect::edits,
+                 .run = add_object,
+                 .takes_expressions = true});
   all.push_back(
       {.name = "world.add_objects",
        .classic = "",
@@ -449,29 +443,25 @@ RMP_COMMANDS(world_commands) {
        .returns = {"list", "", "Names of the members.", {}},
        .effect = Effect::edits,
        .run = add_objects});
-  all.push_back(
-      {.name = "world.add_robot",
-       .classic = "",
-       .summary = "Places a robot in a world.",
-       .details = "The placement is that of its mounting frame, by default the world's origin. "
-                  "Without joint values it is shown in its pose \"home\", or at zeros.",
-       .example = example_cell("assert(cell:robots()[1].name == \"arm\")"),
-       .params =
-           placed({self("world"), needed("robot", "ref:robot", "", "The robot."), member_name_spec,
-                   optional("q", "any", "rad or m", "Joint values shown, or the name of a pose.")}),
-       .returns = {"string", "", "Name of the member.", {}},
-       .effect = Effect::edits,
-       .run = add_robot,
-       .takes_expressions = true});
+  all.push_back({.name = "world.add_robot",
+                 .classic = "",
+                 .summary = "Places a robot in a world.",
+                 .details =
+                     "The placement is that of its mounting frame, by default the world's origin. "
+                     "Without joint values it is shown in its pose \"home\", or at zeros.",
+                 .example = example_cell("assert(cell:robots()[1].name == \"arm\")"),
+                 .params = placed_robot_params(),
+                 .returns = {"string", "", "Name of the member.", {}},
+                 .effect = Effect::edits,
+                 .run = add_robot,
+                 .takes_expressions = true});
   all.push_back({.name = "world.add_trajectory",
                  .classic = "",
                  .summary = "Places a trajectory in a world.",
                  .details = "The placement is that of the trajectory's frame, by default the "
                             "world's origin. world.inverse_kinematics runs a robot along it.",
                  .example = example_run("assert(cell:trajectories()[1].name == \"stroke\")"),
-                 .params = placed({self("world"),
-                                   needed("trajectory", "ref:trajectory", "", "The trajectory."),
-                                   member_name_spec}),
+                 .params = member_params("trajectories", "trajectory"),
                  .returns = {"string", "", "Name of the member.", {}},
                  .effect = Effect::edits,
                  .run = add_trajectory,
