@@ -2,6 +2,7 @@
 #include "ioci/core/record_params.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -105,59 +106,6 @@ bool is_empty_value(const Value& v) {
   return (v.as_bool() && !*v.as_bool()) || (v.as_string() && v.as_string()->empty());
 }
 
-/// Sets one field from a checked value; false = it is of a type that is left to the command.
-Result<bool> set_one(const Type& t, const Field& f, void* p, const Value& v) {
-  if (&t == &type_of<model::ProviderChoice>()) {
-    RMP_TRY_ASSIGN(*static_cast<model::ProviderChoice*>(p), read_provider(v, f.name));
-    return true;
-  }
-  switch (t.shape) {
-    case Shape::boolean: *static_cast<bool*>(p) = v.as_bool() && *v.as_bool(); return true;
-    case Shape::integer:
-      if (!f.index_in.empty()) return false;
-      t.set_whole(p, v.as_int() ? *v.as_int() : 0);
-      return true;
-    case Shape::real: *static_cast<double*>(p) = v.number(); return true;
-    case Shape::text:
-      if (!v.as_string()) return false;
-      *static_cast<std::string*>(p) = *v.as_string();
-      return true;
-    case Shape::word:
-      for (const Type::Word& w : t.words)
-        if (v.as_string() && *v.as_string() == w.word) t.set_whole(p, w.value);
-      return true;
-    case Shape::numbers: {
-      const std::vector<double> numbers = reals(&v);
-      if (numbers.size() != t.count) return false;
-      std::copy(numbers.begin(), numbers.end(), static_cast<double*>(p));
-      return true;
-    }
-    case Shape::reals:
-      if (f.si_unit == model::kByJoint) return false;
-      *static_cast<std::vector<double>*>(p) = reals(&v);
-      return true;
-    case Shape::colour: {
-      RMP_TRY_ASSIGN(*static_cast<Colour*>(p), read_colour(v, f.name));
-      return true;
-    }
-    case Shape::reference: {
-      const Handle* h = v.as_handle();
-      const auto kind = h ? kind_from(h->kind) : std::nullopt;
-      t.set_id(p, kind ? AnyId{*kind, h->number} : AnyId{});
-      return true;
-    }
-    case Shape::optional:
-      if (is_empty_value(v)) {
-        t.drop(p);
-        return true;
-      }
-      // What is left to the command must not be made here.
-      if (t.element->shape == Shape::structure) return false;
-      return set_one(*t.element, f, t.hold(p), v);
-    default: return false;
-  }
-}
-
 }  // namespace
 
 Schema record_params(std::string_view kind, std::string_view path, const std::string& frame) {
@@ -225,39 +173,100 @@ Result<void> set_fields(const Type& t, void* to, const Map& checked,
 
 Result<void> set_field(const Field& f, void* owner, const Map& checked) {
   if (!has(checked, f.name)) return {};
-  RMP_TRY(set_one(*f.type, f, f.in(owner), *checked.find(f.name)));
+  RMP_TRY(set_checked_value(*f.type, f, f.in(owner), *checked.find(f.name)));
   return {};
 }
 
-Value changed_value(const document::Snapshot* snapshot, const Type& owner_type, const Field& f,
-                    const void* owner) {
-  const Type& t = *f.type;
-  const void* p = f.in(owner);
-  if (model::equal({&t, p}, {&t, f.in(owner_type.standard.get())})) return {};
+Result<bool> set_checked_value(const Type& t, const Field& f, void* p, const Value& v) {
+  if (&t == &type_of<model::ProviderChoice>()) {
+    RMP_TRY_ASSIGN(*static_cast<model::ProviderChoice*>(p), read_provider(v, f.name));
+    return true;
+  }
+  switch (t.shape) {
+    case Shape::boolean: *static_cast<bool*>(p) = v.as_bool() && *v.as_bool(); return true;
+    case Shape::integer:
+      if (!f.index_in.empty()) return false;
+      t.set_whole(p, v.as_int() ? *v.as_int() : 0);
+      return true;
+    case Shape::real: *static_cast<double*>(p) = v.number(); return true;
+    case Shape::text:
+      if (!v.as_string()) return false;
+      *static_cast<std::string*>(p) = *v.as_string();
+      return true;
+    case Shape::word:
+      for (const Type::Word& w : t.words)
+        if (v.as_string() && *v.as_string() == w.word) t.set_whole(p, w.value);
+      return true;
+    case Shape::numbers: {
+      const std::vector<double> numbers = reals(&v);
+      if (numbers.size() != t.count) return false;
+      std::copy(numbers.begin(), numbers.end(), static_cast<double*>(p));
+      return true;
+    }
+    case Shape::reals:
+      if (f.si_unit == model::kByJoint) return false;
+      *static_cast<std::vector<double>*>(p) = reals(&v);
+      return true;
+    case Shape::colour: {
+      RMP_TRY_ASSIGN(*static_cast<Colour*>(p), read_colour(v, f.name));
+      return true;
+    }
+    case Shape::reference: {
+      const Handle* h = v.as_handle();
+      const auto kind = h ? kind_from(h->kind) : std::nullopt;
+      t.set_id(p, kind ? AnyId{*kind, h->number} : AnyId{});
+      return true;
+    }
+    case Shape::optional:
+      if (is_empty_value(v)) {
+        t.drop(p);
+        return true;
+      }
+      // What is left to the command must not be made here.
+      if (t.element->shape == Shape::structure) return false;
+      return set_checked_value(*t.element, f, t.hold(p), v);
+    default: return false;
+  }
+}
+
+std::optional<Value> plain_value(const document::Snapshot* snapshot, const Type& t, const Field& f,
+                                 const void* p, std::string_view unit) {
   if (&t == &type_of<model::Placement>())
     return placement_value(*static_cast<const model::Placement*>(p));
   if (&t == &type_of<model::ProviderChoice>())
     return provider_value(*static_cast<const model::ProviderChoice*>(p));
   switch (t.shape) {
     case Shape::boolean: return *static_cast<const bool*>(p);
-    case Shape::integer: return t.whole(p);
-    case Shape::real: return *static_cast<const double*>(p);
+    case Shape::integer:
+      if (!f.index_in.empty()) return std::nullopt;
+      return t.whole(p);
+    case Shape::real: {
+      const double x = *static_cast<const double*>(p);
+      return std::isfinite(x) ? Value(x) : Value();
+    }
     case Shape::text: return *static_cast<const std::string*>(p);
     case Shape::word: return std::string(t.word_of(p));
     case Shape::numbers: {
       const auto* first = static_cast<const double*>(p);
-      return NumericArray(std::vector<double>(first, first + t.count),
-                          std::string(f.unit_of(owner)));
+      return NumericArray(std::vector<double>(first, first + t.count), std::string(unit));
     }
     case Shape::reals: return NumericArray(*static_cast<const std::vector<double>*>(p));
     case Shape::colour: return colour_value(*static_cast<const Colour*>(p));
     case Shape::reference: return snapshot ? ref_value(*snapshot, t.id(p)) : Value();
-    case Shape::optional:
-      if (t.element == &type_of<model::Placement>())
-        return placement_value(*static_cast<const model::Placement*>(t.held(p)));
-      return {};
-    default: return {};
+    default: return std::nullopt;
   }
+}
+
+Value changed_value(const document::Snapshot* snapshot, const Type& owner_type, const Field& f,
+                    const void* owner) {
+  const Type* t = f.type;
+  const void* p = f.in(owner);
+  if (model::equal({t, p}, {t, f.in(owner_type.standard.get())})) return {};
+  if (t->shape == Shape::optional) {
+    p = t->held(p);
+    t = t->element;
+  }
+  return plain_value(snapshot, *t, f, p, f.unit_of(owner)).value_or(Value());
 }
 
 }  // namespace robomosp::ioci

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -45,6 +46,14 @@ Result<void> set_fields(T& to, const Map& checked,
   return set_fields(model::type_of<T>(), &to, checked, except);
 }
 
+/// Stores a checked value; false = it is of a type that is left to the command, as of set_fields().
+Result<bool> set_checked_value(const model::Type&, const model::Field&, void* to,
+                               const Value& checked);
+/// A value as commands return it; nullopt = of a type that set_fields() leaves to the command. nil
+/// if it is not finite, or a reference without records to find its name in. `unit`: of numbers.
+[[nodiscard]] std::optional<Value> plain_value(const document::Snapshot*, const model::Type&,
+                                               const model::Field&, const void* p,
+                                               std::string_view unit);
 /// A field of `owner` as commands return it; nil if it has its default value, or if it is a
 /// reference and there are no records to find its name in.
 [[nodiscard]] Value changed_value(const document::Snapshot*, const model::Type&,

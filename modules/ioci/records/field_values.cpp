@@ -9,6 +9,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/expressions.h"
+#include "ioci/core/record_params.h"
 #include "ioci/records/solid_nodes.h"
 #include "kernel/units.h"
 #include "model/parametric.h"
@@ -70,24 +71,14 @@ class Writer {
   [[nodiscard]] Value value(const Type& t, const void* p, const Field& f, const void* owner,
                             std::size_t alternative) const {
     if (auto own = own_form(t, p)) return *own;
+    if (auto plain = plain_value(&snapshot_, t, f, p, f.unit_of(owner, 0, alternative)))
+      return *plain;
     switch (t.shape) {
-      case Shape::boolean: return as<bool>(p);
-      case Shape::integer: return f.index_in.empty() ? Value(t.whole(p)) : element(f, t.whole(p));
-      case Shape::real: return std::isfinite(as<double>(p)) ? Value(as<double>(p)) : Value();
-      case Shape::text: return as<std::string>(p);
-      case Shape::word: return std::string(t.word_of(p));
-      case Shape::numbers: {
-        const auto* first = static_cast<const double*>(p);
-        return NumericArray(std::vector<double>(first, first + t.count),
-                            std::string(f.unit_of(owner, 0, alternative)));
-      }
-      case Shape::reals: return NumericArray(as<std::vector<double>>(p));
-      case Shape::colour: return colour_value(as<Colour>(p));
+      case Shape::integer: return element(f, t.whole(p));
       case Shape::digest: {
         const auto& d = as<std::array<std::uint64_t, 2>>(p);
         return Fingerprint{d[0], d[1]}.hex();
       }
-      case Shape::reference: return ref_value(snapshot_, t.id(p));
       case Shape::setting: return setting_value(as<model::ProviderChoice::Param>(p));
       case Shape::structure: {
         Map m;
@@ -112,16 +103,14 @@ class Writer {
         });
         return m;
       }
+      default: break;
     }
     return {};
   }
 
   /// What the commands that make records take in a form of its own comes out in the same.
   [[nodiscard]] std::optional<Value> own_form(const Type& t, const void* p) const {
-    if (&t == &type_of<model::Placement>()) return placement_value(as<model::Placement>(p));
     if (&t == &type_of<MassProperties>()) return mass_value(as<MassProperties>(p));
-    if (&t == &type_of<model::ProviderChoice>())
-      return provider_value(as<model::ProviderChoice>(p));
     if (&t == &type_of<model::MeasuredMass>()) {
       const auto& measured = as<model::MeasuredMass>(p);
       Map m = *mass_value(measured.mass).as_map();
@@ -285,31 +274,30 @@ class Reader {
       RMP_TRY_ASSIGN(*static_cast<model::ProviderChoice*>(p), read_provider(v, path));
       return {};
     }
+    const auto store = [&](const Value& checked) -> Result<void> {
+      RMP_TRY(set_checked_value(t, f, p, checked));
+      return {};
+    };
     switch (t.shape) {
       case Shape::boolean: {
         RMP_TRY_ASSIGN(const Value x, checked("bool", "", f, v, path));
-        *static_cast<bool*>(p) = *x.as_bool();
-        return {};
+        return store(x);
       }
       case Shape::integer: return integer(t, p, f, v, path);
       case Shape::real: {
         RMP_TRY_ASSIGN(const Value x,
                        checked("real", f.unit_of(owner, 0, alternative), f, v, path));
-        *static_cast<double*>(p) = x.number();
-        return {};
+        return store(x);
       }
       case Shape::text: {
         RMP_TRY_ASSIGN(const Value x, checked("string", "", f, v, path));
-        *static_cast<std::string*>(p) = *x.as_string();
-        return {};
+        return store(x);
       }
       case Shape::word: {
         ParamSpec spec = spec_of("enum", "", f);
         for (const Type::Word& w : t.words) spec.choices.emplace_back(w.word);
         RMP_TRY_ASSIGN(const Value x, check_value(spec, v, path));
-        for (const Type::Word& w : t.words)
-          if (w.word == *x.as_string()) t.set_whole(p, w.value);
-        return {};
+        return store(x);
       }
       case Shape::numbers:
       case Shape::reals: return numbers(t, p, f, owner, alternative, v, path);
