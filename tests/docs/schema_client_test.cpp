@@ -74,16 +74,6 @@ bool has_example(const CommandSpec& spec) {
   return !test::cannot_draw(spec) && spec.plugin.empty() && spec.run != nullptr;
 }
 
-/// Results that have more fields than declared: those of the kind of record, parameters by name,
-/// ranges of parameters. To be typed.
-const std::set<std::string, std::less<>> kLooselyTyped = {
-    "controller.describe", "material.describe", "material.parameters", "object.describe",
-    "object.parameters",   "program.describe",  "provider.params",     "record.parameters",
-    "robot.describe",      "robot.parameters",  "solid.describe",      "solid.parameters",
-    "task.describe",       "task.parameters",   "trajectory.describe", "world.describe",
-    "world.parameters",
-};
-
 TEST(SchemaResults, AreOfTheirDeclaredTypes) {
   const test::ExamplesFolder folder("results");
   std::size_t compared = 0, trees = 0;
@@ -97,10 +87,6 @@ TEST(SchemaResults, AreOfTheirDeclaredTypes) {
     EXPECT_EQ(type_fault(type), "") << spec->name;
     if (spec->name == "event.take") continue;  // events have the fields of their topic
     const std::string bad = misfit(type_tree(type), *result, "");
-    if (kLooselyTyped.contains(spec->name)) {
-      EXPECT_NE(bad, "") << spec->name << " has a type now: take it from the list";
-      continue;
-    }
     EXPECT_EQ(bad, "") << spec->name << " returns " << type;
   }
   EXPECT_GT(compared, 480U);

@@ -294,14 +294,17 @@ RMP_COMMANDS(help_commands) {
              field("takes_expressions", "bool", "",
                    "Whether its numbers may be expressions over parameters."),
              field("runs", "string", "", "simulation or task, if it runs one."),
-             field("params", "list", "",
+             field("params", "list<type:parameter_facts>", "",
                    "Each argument: name, type, unit, doc, required; where they apply default, "
                    "min or above, max, infinite, choices, words (choices with descriptions), "
                    "label, group, order, advanced, when (the condition under which it "
                    "counts), step, logarithmic, shown_unit, example, since, deprecated, "
                    "effect, declared (the type in full) and form (the type as nested tables; "
                    "schema.types lists the named ones)."),
-             field("returns", "map", "",
+             field("returns",
+                   "map{type: string; declared: string; unit: string; doc: string; form: map; "
+                   "fields: list<type:parameter_facts>}",
+                   "",
                    "Type, declared type, unit, doc and fields of the result, and form (the type as "
                    "nested tables).")}},
        .effect = Effect::reads,

@@ -5,6 +5,7 @@
 #include "ioci/core/interface_words.h"
 #include "ioci/core/kept_plugin_runs.h"
 #include "ioci/core/modules.h"
+#include "ioci/core/result_types.h"
 #include "ioci/core/surroundings.h"
 #include "ioci/core/word_list.h"
 #include "kernel/interface_adapters.h"
@@ -205,6 +206,11 @@ Result<Value> provider_list(CommandContext& ctx, const Map& args) {
         {"chosen", is_chosen ? choice->second.by : std::string()}});
   }
   return Value(std::move(out));
+}
+
+std::vector<ParamSpec> with_text(std::vector<ParamSpec> fields) {
+  fields.push_back(field("text", "string", "", "All of this in one line."));
+  return fields;
 }
 
 Result<Value> provider_params(CommandContext& ctx, const Map& args) {
@@ -409,19 +415,7 @@ RMP_COMMANDS(plugin_commands) {
                  .details = "",
                  .example = "assert(#provider.params(\"curve\", \"circle\") >= 1)",
                  .params = {interface, name},
-                 .returns = {"list",
-                             "",
-                             "",
-                             {field("name", "string", "", "The parameter."),
-                              field("type", "string", "", "Its type."),
-                              field("unit", "string", "", "SI unit."),
-                              field("doc", "string", "", "Its description."),
-                              field("label", "string", "",
-                                    "Label to show instead of the name; may be empty."),
-                              field("group", "string", "", "Heading to show it under."),
-                              field("required", "bool", "", "Whether a value is required."),
-                              field("default", "any", "", "Its default."),
-                              field("text", "string", "", "All of this in one line.")}},
+                 .returns = {"list", "", "", with_text(param_value_fields())},
                  .effect = Effect::reads,
                  .run = provider_params});
   all.push_back(

@@ -211,7 +211,7 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
                               ".wall\nassert(wall.expression == \"bore/4 + 2 mm\" and "
                               "math.abs(wall.value - 0.007) < 1e-12 and wall.unit == \"m\")",
                    .params = {id},
-                   .returns = {"map",
+                   .returns = {"map<map>",
                                "",
                                "One row per parameter.",
                                {field("value", "real", "", "Its value."),
@@ -234,17 +234,16 @@ void add_parameter_kind(std::vector<CommandSpec>& all, const ParameterSample& s)
                  .returns = {},
                  .effect = Effect::edits,
                  .run = run_remove_parameter});
-  all.push_back(
-      {.name = kind + ".rename_parameter",
-       .classic = "",
-       .summary = "Renames a parameter of " + record + ", in all expressions as well.",
-       .details = "",
-       .example = make + call("rename_parameter") + "\"bore\", \"hole\")\nassert(" + list_call +
-                  ".wall.expression == \"hole/4 + 2 mm\")",
-       .params = {id, name, needed("to", "string", "", "The new name.")},
-       .returns = {},
-       .effect = Effect::edits,
-       .run = run_rename_parameter});
+  all.push_back({.name = kind + ".rename_parameter",
+                 .classic = "",
+                 .summary = "Renames a parameter of " + record + ", in all expressions as well.",
+                 .details = "",
+                 .example = make + call("rename_parameter") + "\"bore\", \"hole\")\nassert(" +
+                            list_call + ".wall.expression == \"hole/4 + 2 mm\")",
+                 .params = {id, name, needed("to", "string", "", "The new name.")},
+                 .returns = {},
+                 .effect = Effect::edits,
+                 .run = run_rename_parameter});
 }
 
 }  // namespace

@@ -240,11 +240,11 @@ void add_kind(std::vector<CommandSpec>& all, const Sample& s) {
        .details = "Lengths are in metres, angles in radians; references are names.",
        .example = make + "\nassert(" + kind + ".describe(" + quoted + ").name == " + quoted + ")",
        .params = {self(kind)},
-       .returns = {"map",
+       .returns = {"map<any>{kind: string; name: string; file?: string}",
                    "",
-                   "",
-                   {field("name", "string", "", "Its name."),
-                    field("file", "string", "", "File it was loaded from or saved to.")}},
+                   "Its kind, its name, its file if it was loaded or saved, and the fields of the "
+                   "kind, which record.schema describes.",
+                   {}},
        .effect = Effect::reads,
        .run = run_describe_record});
   all.push_back(
