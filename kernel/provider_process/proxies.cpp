@@ -14,7 +14,11 @@
 
 #include <robomosp/sdk/collision_bounds.h>
 #include <robomosp/sdk/csg_primitive.h>
+#include <robomosp/sdk/language.h>
+#include <robomosp/sdk/post.h>
+#include <robomosp/sdk/program_reader.h>
 #include <robomosp/sdk/render.h>
+#include <robomosp/sdk/tip_force.h>
 
 #include "kernel/provider_process/sdk_fields.h"
 #include "kernel/text.h"
@@ -1584,10 +1588,43 @@ const InterfaceWire* interface_wire(std::string_view interface_id) {
   return nullptr;
 }
 
+namespace {
+
+/// Interfaces with providers that run in the program only, and why.
+struct InProgram {
+  std::string_view id, reason;
+};
+constexpr InProgram kInProgram[] = {
+    {render::Renderer::kInterfaceId,
+     "a renderer draws with the display and the graphics card, which a separate process has no "
+     "access to"},
+    {Language::kInterfaceId,
+     "runs read the tables of a compiled program where the compiler made them, and there is no "
+     "copy "
+     "of them for another process"},
+    {Post::kInterfaceId,
+     "posts read the tables of a compiled program where the compiler made them, and there is no "
+     "copy "
+     "of them for another process"},
+    {ProgramReader::kInterfaceId,
+     "the source files, faults and lines that a reader of programs returns have no form between "
+     "processes yet"},
+    {TipForce::kInterfaceId,
+     "a force at the tip is computed several times in each step of a simulation, and is shorter "
+     "than "
+     "a call to another process"},
+};
+
+}  // namespace
+
+bool runs_in_program_only(std::string_view interface_id) {
+  return std::any_of(std::begin(kInProgram), std::end(kInProgram),
+                     [interface_id](const InProgram& p) { return p.id == interface_id; });
+}
+
 std::string not_apart(std::string_view interface_id) {
-  if (interface_id == render::Renderer::kInterfaceId)
-    return "a renderer draws with the display and the graphics card, which a separate process has "
-           "no access to";
+  for (const InProgram& p : kInProgram)
+    if (p.id == interface_id) return std::string(p.reason);
   return "the interface " + std::string(interface_id) + " has no form between processes";
 }
 

@@ -27,5 +27,7 @@ struct InterfaceWire {
 /// nullptr = its providers cannot run in a separate process; not_apart() returns the reason.
 [[nodiscard]] const InterfaceWire* interface_wire(std::string_view interface_id);
 [[nodiscard]] std::string not_apart(std::string_view interface_id);
+/// True if not_apart() has a reason for this interface.
+[[nodiscard]] bool runs_in_program_only(std::string_view interface_id);
 
 }  // namespace robomosp::apart

@@ -25,6 +25,7 @@
 #include "kernel/interface_file.h"
 #include "kernel/plugin_run.h"
 #include "kernel/provider_process/doors.h"
+#include "kernel/provider_process/proxies.h"
 #include "kernel/text.h"
 #include "support/lua_program.h"
 #include "support/seed.h"
@@ -368,11 +369,7 @@ TEST_F(LyingProviders, InAProcessOfTheirOwnAreNamedAndDoNoHarm) {
   const auto wire = process->describe();
   ASSERT_TRUE(wire.ok());
   auto all = attacks(app().registry);
-  // These have no form between processes.
-  std::erase_if(all, [](const auto& a) {
-    return a.first == render::Renderer::kInterfaceId || a.first == Post::kInterfaceId ||
-           a.first == TipForce::kInterfaceId;
-  });
+  std::erase_if(all, [](const auto& a) { return apart::runs_in_program_only(a.first); });
   std::set<std::string> there;
   for (std::uint32_t i = 0; i < wire->providers.size(); ++i) {
     const std::string id = wire->providers[i].interface_id;

@@ -16,6 +16,7 @@
 
 #include "kernel/interface_file.h"
 #include "kernel/provider_guard.h"
+#include "kernel/provider_process/proxies.h"
 #include "lua/provide.h"
 #include "shell/plugin_check.h"
 #include "support/program.h"
@@ -172,6 +173,53 @@ TEST_F(OwnInterface, NoFileOfInterfacesIsLost) {
     const auto info = app().registry.find(entry->id, entry->standard);
     EXPECT_TRUE(!info.ok() || info->shipped) << entry->id;
   }
+}
+
+TEST_F(OwnInterface, EveryInterfaceRunsApartOrSaysWhyNot) {
+  for (const InterfaceEntry* entry : InterfaceFile::all()) {
+    const bool runs_apart = apart::interface_wire(entry->id) != nullptr;
+    const bool is_own = entry->id == Taster::kInterfaceId;
+    EXPECT_NE(runs_apart, apart::runs_in_program_only(entry->id) || is_own)
+        << entry->id << " needs a proxy or a reason in kernel/provider_process/proxies.cpp";
+  }
+  EXPECT_EQ(apart::not_apart(Taster::kInterfaceId),
+            "the interface robomosp.taste/1 has no form between processes");
+}
+
+// Files that take part in an interface, as far as they are not its users, against the page.
+TEST_F(OwnInterface, ThePageNamesAllPlaces) {
+  const fs::path root = ROBOMOSP_SOURCE_DIR;
+  std::stringstream text;
+  text << std::ifstream(root / "docs/developer/add_an_interface.md").rdbuf();
+  const std::string page = text.str();
+  std::size_t places = 0;
+  for (const std::string name : {"controller", "integrator", "planner", "retimer"})
+    for (const char* folder : {"sdk", "kernel", "modules/lua", "tests/abi", "tests/fuzz"})
+      for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+        const fs::path path = fs::relative(entry.path(), root);
+        const std::string extension = path.extension();
+        if (extension != ".cpp" && extension != ".h") continue;
+        std::stringstream source;
+        source << std::ifstream(entry.path()).rdbuf();
+        const std::string file = source.str();
+        if (path.filename() != name + ".h" &&
+            file.find("<robomosp/sdk/" + name + ".h>") == std::string::npos)
+          continue;
+        // By its path, by that of any interface, or by its folder.
+        std::string any = path.string();
+        if (const auto at = any.rfind(name); at != std::string::npos)
+          any.replace(at, name.size(), "<name>");
+        bool is_named =
+            page.find(path.string()) != std::string::npos || page.find(any) != std::string::npos;
+        for (fs::path up = path.parent_path();
+             !is_named && up.string().find('/') != std::string::npos; up = up.parent_path())
+          is_named = page.find("`" + up.string() + "`") != std::string::npos ||
+                     page.find("`" + up.string() + "/`") != std::string::npos;
+        EXPECT_TRUE(is_named) << path << " takes part in the interface " << name
+                              << ": name it in docs/developer/add_an_interface.md";
+        ++places;
+      }
+  EXPECT_GE(places, 20U);
 }
 
 }  // namespace
