@@ -31,6 +31,19 @@ class Trace {
                                                          : member_.name;
     if (snapshot_.get(WorldId{world_.number})) add(world_, element(world_, list, out.member, leaf));
   }
+  /// An object in the world: the place in the hand of a robot that holds it, else its own.
+  void object() {
+    const model::World* world = member_.is_placed ? snapshot_.get(WorldId{world_.number}) : nullptr;
+    const std::string& name =
+        member_.kind == MemberKind::clearance ? member_.begins_at : member_.name;
+    for (std::size_t i = 0; world && i < world->attachments.size(); ++i) {
+      if (world->attachments[i].object != name) continue;
+      out.member = name;
+      add(world_, checked(world_, "attachments." + std::to_string(i + 1) + ".position"));
+      return;
+    }
+    member("objects", "position");
+  }
   void add(AnyId record, std::string path) {
     if (!path.empty()) out.steps.push_back({record, std::move(path)});
   }
@@ -216,7 +229,7 @@ Result<Origin> pick(const Frame& frame, const ElementRef& ref,
   }
   switch (m.kind) {
     case MemberKind::body:
-      trace.member("objects", "position");
+      trace.object();
       trace.into_body(m.what, seen->of.leaf, seen->of.part, seen->of.node);
       break;
     case MemberKind::robot:
@@ -236,7 +249,7 @@ Result<Origin> pick(const Frame& frame, const ElementRef& ref,
         trace.member("robots", "position");
         trace.into_robot(RobotId{m.what.number}, *seen);
       } else {
-        trace.member("objects", "position");
+        trace.object();
         trace.into_body(m.what, -1, -1, -1);
       }
       break;
