@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/program/source_text.h"
+#include "program_source/source_text.h"
 #include "lua/lua_state.h"
 #include "support/program.h"
 
@@ -341,7 +341,7 @@ TEST_F(ProgramFrom, ATrajectorysProgramGoesAsTheTrajectory) {
 }
 
 TEST(IrlText, NumbersAreReadAsWhatTheyWere) {
-  using ioci::irl_real;
+  using program_source::irl_real;
   EXPECT_EQ(irl_real(0), "0.0");
   EXPECT_EQ(irl_real(-0.0), "0.0");
   EXPECT_EQ(irl_real(-1e-12), "0.0");
@@ -352,7 +352,7 @@ TEST(IrlText, NumbersAreReadAsWhatTheyWere) {
 }
 
 TEST(IrlText, NamesAreNeitherReservedNorTwice) {
-  ioci::IrlNames names;
+  program_source::IrlNames names;
   EXPECT_EQ(names.name("1", "While"), "my_While");
   EXPECT_EQ(names.name("2", "3 d"), "n_3_d");
   EXPECT_EQ(names.name("3", "part"), "part");

@@ -15,7 +15,6 @@
 #include "ioci/program/post_profile.h"
 #include "ioci/program/program_faults.h"
 #include "ioci/program/rows.h"
-#include "ioci/program/source_text.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
 #include "ioci/world/pair_remedy.h"
@@ -23,6 +22,7 @@
 #include "model/controller.h"
 #include "model/program_kinds.h"
 #include "program_post/points.h"
+#include "program_source/source_text.h"
 #include "recording/plot/plot.h"
 #include "scene/build.h"
 #include "scene/path_lines.h"
@@ -791,7 +791,7 @@ Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
     if (!lead.ok() && lead.error().code == ErrorCode::cancelled) return std::move(lead).error();
     options.controller = r->name;
     options.most_speed = c.max_speed * 1000;
-    options.most_speed_orientation = c.max_speed_ori * kDegreesPerRadian;
+    options.most_speed_orientation = c.max_speed_ori * program_source::kDegreesPerRadian;
     for (const model::PlacedRobot& placed : out.snapshot->get(out.world)->robots) {
       ControllerProfile profile;
       profile.name = r->name;

@@ -18,10 +18,10 @@
 #include "ioci/program/program_files.h"
 #include "ioci/program/read_back.h"
 #include "ioci/program/rows.h"
-#include "ioci/program/source_text.h"
 #include "model/program_kinds.h"
 #include "program_post/comparison.h"
 #include "program_post/part_of_robot.h"
+#include "program_source/source_text.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -129,7 +129,8 @@ Result<PostedSide> post_side(CommandContext& ctx, const Map& args, const PostCel
   if (cell.is_placed) {
     // Each side owns the names of its axes.
     RMP_TRY_ASSIGN(PostCell own, post_cell(ctx, args, program, symbol));
-    RMP_TRY(posted.axes->use(std::move(own.maker), own.robot_name, own.rail));  // the post reports it
+    RMP_TRY(
+        posted.axes->use(std::move(own.maker), own.robot_name, own.rail));  // the post reports it
   } else if (has(args, "robot")) {
     RMP_TRY_ASSIGN(auto maker, robotics::MakerAxes::of(content<model::Robot>(ctx, args, "robot")));
     RMP_TRY(posted.axes->use(std::move(maker), name_in(ctx, ref(args, "robot")),
@@ -315,7 +316,7 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
                            {"not_said", static_cast<std::int64_t>(s.not_said.size())},
                            {"compared", static_cast<std::int64_t>(s.compared)},
                            {"most_distance", s.most_mm / 1000},
-                           {"most_angle", s.most_degrees / kDegreesPerRadian}});
+                           {"most_angle", s.most_degrees / program_source::kDegreesPerRadian}});
   }
   List not_compared;
   for (const std::string& each : c.not_compared) not_compared.emplace_back(each);
@@ -355,7 +356,7 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
           {"rows", std::move(rows)},
           {"compared", static_cast<std::int64_t>(c.compared)},
           {"most_distance", c.most_mm / 1000},
-          {"most_angle", c.most_degrees / kDegreesPerRadian},
+          {"most_angle", c.most_degrees / program_source::kDegreesPerRadian},
           {"points", comparison::points_sentence(c)},
           {"not_compared", std::move(not_compared)},
           {"left_out", std::move(left_out)},

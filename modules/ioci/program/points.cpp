@@ -10,11 +10,11 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/program/rows.h"
-#include "ioci/program/source_text.h"
 #include "ioci/records/features.h"
 #include "kernel/expression.h"
 #include "model/parametric.h"
 #include "model/solid_edit.h"
+#include "program_source/source_text.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
@@ -53,10 +53,10 @@ class Binder {
     RMP_TRY_ASSIGN(const Pose world_T_frame, frame_of(b));
     const Pose p = spatial::compose(spatial::inverse(world_T_frame), world_T_point);
     switch (row_of<rmp_code_type>(code_.types, variable->type).role) {
-      case RMP_ROLE_POSE: out.text = irl_pose(p); break;
-      case RMP_ROLE_ROBTARGET: out.field = "PSE", out.text = irl_pose(p); break;
-      case RMP_ROLE_POSITION: out.text = irl_position(p.p); break;
-      case RMP_ROLE_ORIENTATION: out.text = irl_orientation(p.R); break;
+      case RMP_ROLE_POSE: out.text = program_source::irl_pose(p); break;
+      case RMP_ROLE_ROBTARGET: out.field = "PSE", out.text = program_source::irl_pose(p); break;
+      case RMP_ROLE_POSITION: out.text = program_source::irl_position(p.p); break;
+      case RMP_ROLE_ORIENTATION: out.text = program_source::irl_orientation(p.R); break;
       default:
         return error(ErrorCode::invalid_argument,
                      quote(variable->name) +
@@ -139,7 +139,8 @@ class Binder {
     if (!read.ok()) return std::move(read).error().in(what);
     static const model::Parametric kNoParameters;
     const model::Parametric* own = model::parametric_of(*at.body);
-    auto value = read->evaluate(model::lookup(own ? *own : kNoParameters, at.own_name, worlds_), unit);
+    auto value =
+        read->evaluate(model::lookup(own ? *own : kNoParameters, at.own_name, worlds_), unit);
     if (!value.ok()) return std::move(value).error().in(what);
     return value;
   }
@@ -209,7 +210,7 @@ class Binder {
       return error(ErrorCode::invalid_argument,
                    quote(b.expression) + " is outside the range of numbers of the language", {},
                    "expression");
-    if (variable.type == RMP_TYPE_REAL) return irl_real(value);
+    if (variable.type == RMP_TYPE_REAL) return program_source::irl_real(value);
     if (variable.type != RMP_TYPE_INT)
       return error(ErrorCode::invalid_argument,
                    quote(variable.name) + " is not a number: values are for REAL and INT",

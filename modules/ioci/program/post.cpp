@@ -23,7 +23,6 @@
 #include "ioci/program/program_faults.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/read_back.h"
-#include "ioci/program/source_text.h"
 #include "ioci/robot/robots.h"
 #include "kernel/file_root.h"
 #include "model/controller.h"
@@ -36,6 +35,7 @@
 #include "program_post/legalise.h"
 #include "program_post/part_of_robot.h"
 #include "program_post/points.h"
+#include "program_source/source_text.h"
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
 
@@ -609,7 +609,7 @@ Map beside_map(const RunBeside& b) {
           {"read_motions", static_cast<std::int64_t>(b.read_motions)},
           {"ends", static_cast<std::int64_t>(b.compared)},
           {"most_distance", b.most_mm / 1000},
-          {"most_angle", b.most_degrees / kDegreesPerRadian},
+          {"most_angle", b.most_degrees / program_source::kDegreesPerRadian},
           {"most_joint", b.most_joint},
           {"time", b.seconds},
           {"has_times", b.has_times},

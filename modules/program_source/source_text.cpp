@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/source_text.h"
+#include "program_source/source_text.h"
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -14,7 +15,7 @@
 #include "program/real_literal.h"
 #include "spatial/rotation.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_source {
 namespace {
 
 constexpr std::string_view kReserved[] = {
@@ -50,7 +51,6 @@ std::string irl_real(double value) {
 }
 
 std::string irl_position(const Vec3& p) {
-  constexpr double kMm = 1e3;
   return "POSITION(" + irl_real(kMm * p[0]) + ", " + irl_real(kMm * p[1]) + ", " +
          irl_real(kMm * p[2]) + ")";
 }
@@ -261,4 +261,4 @@ std::string irl_cell(std::size_t joints) {
          "ENDPROGRAM;\n";
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_source

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Source of the Industrial Robot Language, written by the program: numbers, poses, names, lines
-// (layer: application, ioci only).
+// (layer: data processing,
+// program_source).
 #pragma once
 
 #include <array>
@@ -15,10 +16,10 @@
 #include <robomosp/sdk/result.h>
 #include <robomosp/sdk/types.h>
 
-namespace robomosp::ioci {
+namespace robomosp::program_source {
 
-/// IRL is in degrees, everything else in radians.
-inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+/// IRL is in degrees and millimetres, everything else in radians and metres.
+inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi, kMm = 1e3;
 
 /// A REAL as the language writes it, to a billionth: "120.0", "-0.5", "1.0e+300".
 [[nodiscard]] std::string irl_real(double value);
@@ -73,4 +74,4 @@ class IrlLines {
 /// the language's own cell, of six axes, is one.
 [[nodiscard]] std::string irl_cell(std::size_t joints);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_source
