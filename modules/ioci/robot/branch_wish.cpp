@@ -27,20 +27,20 @@ std::vector<std::string> split_words(std::string_view text) {
 
 }  // namespace
 
-Result<BranchWish> BranchWish::read(const sim::BranchNames& names, const Value& given,
-                                    const std::string& path) {
+Result<sim::BranchWish> read_branch_wish(const sim::BranchNames& names, const Value& given,
+                                         const std::string& path) {
   const auto choices = names.choices();
-  BranchWish out;
-  out.ways_.assign(choices.size(), 0);
+  sim::BranchWish out;
+  out.ways.assign(choices.size(), 0);
   const auto refused = [&](std::string message) {
     return error(ErrorCode::invalid_argument, std::move(message),
                  "The words are " + names.words() + ".", path);
   };
   const auto take = [&](std::size_t k, int way) -> Result<void> {
-    if (out.ways_[k] == -way)
+    if (out.ways[k] == -way)
       return refused(text::quote(choices[k].positive) + " and " + text::quote(choices[k].negative) +
                      " exclude each other");
-    out.ways_[k] = way;
+    out.ways[k] = way;
     return {};
   };
   // The way of a word: 1, -1, or 0 = it is none of this choice.
@@ -88,17 +88,11 @@ Result<BranchWish> BranchWish::read(const sim::BranchNames& names, const Value& 
     }
   }
   for (std::size_t k = 0; k < choices.size(); ++k)
-    if (out.ways_[k] != 0)
-      out.words_ += (out.words_.empty() ? "" : " ") +
-                    std::string(out.ways_[k] > 0 ? choices[k].positive : choices[k].negative);
-  if (out.words_.empty()) return refused("no branch is named");
+    if (out.ways[k] != 0)
+      out.words += (out.words.empty() ? "" : " ") +
+                   std::string(out.ways[k] > 0 ? choices[k].positive : choices[k].negative);
+  if (out.words.empty()) return refused("no branch is named");
   return out;
-}
-
-bool BranchWish::is_met(std::span<const double> measures) const {
-  for (std::size_t k = 0; k < ways_.size() && k < measures.size(); ++k)
-    if (ways_[k] * measures[k] < -sim::kBranchesMeet) return false;
-  return true;
 }
 
 }  // namespace robomosp::ioci

@@ -13,6 +13,7 @@
 #include "robotics/maker_axes.h"
 #include "robotics/singularity.h"
 #include "robotics/twist.h"
+#include "sim/ik_question.h"
 #include "spatial/euler.h"
 #include "spatial/pose.h"
 
@@ -427,7 +428,8 @@ Result<Value> solve_goals(CommandContext& ctx, const Map& args) {
   result.detail =
       robotics::MakerAxes::for_messages(&content<Robot>(ctx, args))->in_text(*m, result.detail);
   if (batch.goals.size() == 1)
-    report_singular(*m, static_cast<std::size_t>(batch.goals[0].tip), batch.goals[0].parts, result);
+    sim::report_singular(*m, static_cast<std::size_t>(batch.goals[0].tip), batch.goals[0].parts,
+                         result);
   if (result.status != IkStatus::solved && !flag(args, "partial"))
     return error(
         ErrorCode::unreachable,

@@ -385,32 +385,6 @@ Result<void> closed_or_fault(const RobotModel& m, const robotics::Closure& close
                "Move its joints with motors, or start from another configuration.", where);
 }
 
-void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, IkResult& result) {
-  constexpr double kNear = 1e-3;
-  const std::size_t n = m.coordinate_count();
-  if (result.status != IkStatus::solved || result.q.size() < n || n == 0) return;
-  const auto part = !(parts & kIkRotation)   ? robotics::TwistPart::translation
-                    : !(parts & kIkPosition) ? robotics::TwistPart::rotation
-                                             : robotics::TwistPart::all;
-  // The same for every solver: what is lost depends on how lengths are counted.
-  const std::span<const double> q = std::span(result.q).first(n);
-  std::vector<Pose> frames(m.joints.size());
-  robotics::forward_kinematics(m, q, frames);
-  const bool is_regular = robotics::is_surely_regular(m, tip, frames, part, kNear);
-  if (!is_regular) {
-    const auto s = robotics::singularity(m, tip, q, part, kNear);
-    if (!s.lost.empty()) result.lost_direction = s.lost.front();
-  }
-  if (result.lost_direction == std::array<double, 6>{}) return;
-  if (result.detail.empty()) {
-    const auto& t = result.lost_direction;
-    const Vec3 v = spatial::rotate(m.base, Vec3{t[0], t[1], t[2]});
-    const Vec3 w = spatial::rotate(m.base, Vec3{t[3], t[4], t[5]});
-    result.detail = "next to a singular configuration: there the tip " +
-                    robotics::lost_words({v[0], v[1], v[2], w[0], w[1], w[2]});
-  }
-}
-
 Result<robotics::TipMotion> closed_tip_motion(const RobotModel& m, std::size_t tip,
                                               std::span<const Pose> joint_frames) {
   constexpr double kOpen = 1e-6;  // [m, rad]

@@ -72,9 +72,6 @@ Result<void> check_objective_fields(const CommandContext& ctx, const Map& args);
 void note_degrees(const CommandContext& ctx, const RobotModel& m, std::span<const double> q);
 /// True if a moving link has mass or inertia.
 [[nodiscard]] bool has_mass(const RobotModel& m);
-/// Completes a solver's result: for a solution near a singular configuration (least rate below 1e-3
-/// of the greatest), sets the lost direction among the requested parts.
-void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, IkResult& result);
 /// Motions of a tip for given joint frames; open loops are an error.
 Result<robotics::TipMotion> closed_tip_motion(const RobotModel& m, std::size_t tip,
                                               std::span<const Pose> joint_frames);
