@@ -623,6 +623,7 @@ class Run {
   bool refresh(Process&, const Op&);
   // ---- intrinsics.cpp ----
   enum class Did : std::uint8_t { done, waits, failed };
+  struct Intrinsic;  // intrinsics.h
   Did intrinsic(Process&, const IntrinsicCall&);
   Did read(Process&, const IntrinsicCall&);
   Did write(Process&, const IntrinsicCall&);
