@@ -33,7 +33,7 @@
 #include "support/random_program.h"
 #include "support/seed.h"
 #include "urscript.h"
-#include "val3/post.h"
+#include "val3.h"
 
 namespace robomosp {
 namespace {

@@ -2,7 +2,7 @@
 // The post for AS: golden text, a reader of its own, every construct, wrong input, growth.
 #include "support/post_run.h"
 
-#include "as/post.h"
+#include "as.h"
 
 namespace robomosp::post_run {
 namespace {

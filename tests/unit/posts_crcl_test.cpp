@@ -3,7 +3,7 @@
 // CRCLProgramInstance.xsd, and read again, command by command.
 #include "support/post_run.h"
 
-#include "crcl/post.h"
+#include "crcl.h"
 
 namespace robomosp::post_run {
 namespace {

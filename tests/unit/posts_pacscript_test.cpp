@@ -2,7 +2,7 @@
 // The post for PacScript: golden text, a reader of its own, every construct, wrong input, growth.
 #include "support/post_run.h"
 
-#include "pacscript/post.h"
+#include "pacscript.h"
 
 namespace robomosp::post_run {
 namespace {

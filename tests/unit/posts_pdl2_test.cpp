@@ -2,7 +2,7 @@
 // The post for PDL2: golden text, a reader of its own, every construct, wrong input, growth.
 #include "support/post_run.h"
 
-#include "pdl2/post.h"
+#include "pdl2.h"
 
 namespace robomosp::post_run {
 namespace {

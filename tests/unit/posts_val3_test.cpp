@@ -2,7 +2,7 @@
 // The post for VAL3: golden text, a reader of its own, every construct, wrong input, growth.
 #include "support/post_run.h"
 
-#include "val3/post.h"
+#include "val3.h"
 
 namespace robomosp::post_run {
 namespace {

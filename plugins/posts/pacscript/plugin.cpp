@@ -2,7 +2,7 @@
 // Plugin post_pacscript: programs for Denso controllers behind robomosp.post/1.
 #include <robomosp/sdk/plugin.h>
 
-#include "post.h"
+#include "pacscript.h"
 
 RMP_PLUGIN("org.robomosp.post_pacscript", "1.0.0", "Apache-2.0",
            "Post-processor for Denso PacScript.",

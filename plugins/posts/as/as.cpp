@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kawasaki AS: programs, transformations and joints in one file (layer: plugin).
-#pragma once
+#include "as.h"
 
 #include <memory>
 
 #include "../brand/brand_writer.h"
 
 namespace robomosp::post::as {
+namespace {
 
-inline const PostCapabilities& as_capabilities() {
+const PostCapabilities& as_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.features = kPostProcedures | kPostParameters | kPostOutParameters | kPostRecursion |
@@ -483,12 +483,13 @@ class AsWriter final : public brand::BrandWriter {
   bool pending_ = false;
 };
 
-class As final : public Post {
- public:
-  [[nodiscard]] const PostCapabilities& capabilities() const override { return as_capabilities(); }
-  Result<void> write(const PostTask& t, const Params&, PostOutput& o, Progress& p) const override {
-    return AsWriter(t, o, p).run();
-  }
-};
+}  // namespace
+
+const PostCapabilities& As::capabilities() const { return as_capabilities(); }
+
+Result<void> As::write(const PostTask& task, const Params&, PostOutput& output,
+                       Progress& progress) const {
+  return AsWriter(task, output, progress).run();
+}
 
 }  // namespace robomosp::post::as

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Denso PacScript: a file of Sub Main and its procedures (layer: plugin).
-#pragma once
+#include "pacscript.h"
 
 #include <memory>
 
 #include "../brand/brand_writer.h"
 
 namespace robomosp::post::pacscript {
+namespace {
 
-inline const PostCapabilities& pacscript_capabilities() {
+const PostCapabilities& pacscript_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.features = kPostProcedures | kPostFunctions | kPostParameters | kPostOutParameters |
@@ -467,14 +467,13 @@ class PacWriter final : public brand::BrandWriter {
   bool told_ = false;
 };
 
-class PacScript final : public Post {
- public:
-  [[nodiscard]] const PostCapabilities& capabilities() const override {
-    return pacscript_capabilities();
-  }
-  Result<void> write(const PostTask& t, const Params&, PostOutput& o, Progress& p) const override {
-    return PacWriter(t, o, p).run();
-  }
-};
+}  // namespace
+
+const PostCapabilities& PacScript::capabilities() const { return pacscript_capabilities(); }
+
+Result<void> PacScript::write(const PostTask& task, const Params&, PostOutput& output,
+                              Progress& progress) const {
+  return PacWriter(task, output, progress).run();
+}
 
 }  // namespace robomosp::post::pacscript

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Staubli VAL3: an application of a project, data and a file for each program (layer: plugin).
-#pragma once
+#include "val3.h"
 
 #include <algorithm>
 #include <memory>
@@ -8,8 +7,9 @@
 #include "../brand/brand_writer.h"
 
 namespace robomosp::post::val3 {
+namespace {
 
-inline const PostCapabilities& val3_capabilities() {
+const PostCapabilities& val3_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.features = kPostProcedures | kPostParameters | kPostOutParameters | kPostRecursion |
@@ -669,14 +669,13 @@ class Val3Writer final : public brand::BrandWriter {
   bool is_repeated_ = false;  ///< the text being written is repeated in its expression
 };
 
-class Val3 final : public Post {
- public:
-  [[nodiscard]] const PostCapabilities& capabilities() const override {
-    return val3_capabilities();
-  }
-  Result<void> write(const PostTask& t, const Params&, PostOutput& o, Progress& p) const override {
-    return Val3Writer(t, o, p).run();
-  }
-};
+}  // namespace
+
+const PostCapabilities& Val3::capabilities() const { return val3_capabilities(); }
+
+Result<void> Val3::write(const PostTask& task, const Params&, PostOutput& output,
+                         Progress& progress) const {
+  return Val3Writer(task, output, progress).run();
+}
 
 }  // namespace robomosp::post::val3

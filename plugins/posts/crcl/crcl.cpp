@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// CRCL, the Canonical Robot Command Language of NIST: commands in XML, one behind the other, by the
-// schema of 2019 (layer: plugin).
-#pragma once
+#include "crcl.h"
 
 #include <memory>
 
 #include "../brand/brand_writer.h"
 
 namespace robomosp::post::crcl {
+namespace {
 
-inline const PostCapabilities& crcl_capabilities() {
+const PostCapabilities& crcl_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.forms = kPostFlat;
@@ -299,14 +298,13 @@ class CrclWriter final : public brand::BrandWriter {
   bool told_ = false;
 };
 
-class Crcl final : public Post {
- public:
-  [[nodiscard]] const PostCapabilities& capabilities() const override {
-    return crcl_capabilities();
-  }
-  Result<void> write(const PostTask& t, const Params&, PostOutput& o, Progress& p) const override {
-    return CrclWriter(t, o, p).run();
-  }
-};
+}  // namespace
+
+const PostCapabilities& Crcl::capabilities() const { return crcl_capabilities(); }
+
+Result<void> Crcl::write(const PostTask& task, const Params&, PostOutput& output,
+                         Progress& progress) const {
+  return CrclWriter(task, output, progress).run();
+}
 
 }  // namespace robomosp::post::crcl

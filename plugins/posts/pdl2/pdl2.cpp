@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Comau PDL2: a program with its routines (layer: plugin).
-#pragma once
+#include "pdl2.h"
 
 #include <memory>
 #include <set>
@@ -9,8 +8,9 @@
 #include "../brand/brand_writer.h"
 
 namespace robomosp::post::pdl2 {
+namespace {
 
-inline const PostCapabilities& pdl2_capabilities() {
+const PostCapabilities& pdl2_capabilities() {
   static const PostCapabilities kAll = [] {
     PostCapabilities c;
     c.features = kPostProcedures | kPostFunctions | kPostParameters | kPostOutParameters |
@@ -485,14 +485,13 @@ class Pdl2Writer final : public brand::BrandWriter {
   Modal<bool> care_;
 };
 
-class Pdl2 final : public Post {
- public:
-  [[nodiscard]] const PostCapabilities& capabilities() const override {
-    return pdl2_capabilities();
-  }
-  Result<void> write(const PostTask& t, const Params&, PostOutput& o, Progress& p) const override {
-    return Pdl2Writer(t, o, p).run();
-  }
-};
+}  // namespace
+
+const PostCapabilities& Pdl2::capabilities() const { return pdl2_capabilities(); }
+
+Result<void> Pdl2::write(const PostTask& task, const Params&, PostOutput& output,
+                         Progress& progress) const {
+  return Pdl2Writer(task, output, progress).run();
+}
 
 }  // namespace robomosp::post::pdl2
