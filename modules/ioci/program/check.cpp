@@ -33,7 +33,7 @@ namespace robomosp::ioci {
 namespace {
 
 using program_check::Check;
-using program_check::Fault;
+using CheckFault = program_check::Fault;
 using program_check::FaultKind;
 using program_check::kNone;
 using program_check::MotionReport;
@@ -60,7 +60,7 @@ std::string where_of(const rmp_code& code, const rmp_span& s) {
 }
 
 /// `lift.irl:8:3: error: reach: robot "ur5" does not reach ... . Move it. (the 2nd time, t = 3 s)`
-std::string sentence_of(const rmp_code& code, const Fault& f) {
+std::string sentence_of(const rmp_code& code, const CheckFault& f) {
   std::string out = where_of(code, f.place.span) + ": " +
                     std::string(program_check::to_string(f.severity)) + ": " +
                     std::string(program_check::to_string(f.kind)) + ": " + f.message + ".";
@@ -149,7 +149,7 @@ struct Look {
   const char* word;
 };
 const Look kGood{{0.13F, 0.58F, 0.22F, 1}, "good"};
-Look look_of(const Fault& f) {
+Look look_of(const CheckFault& f) {
   switch (f.kind) {
     case FaultKind::reach:
     case FaultKind::joint_limit:
@@ -161,12 +161,11 @@ Look look_of(const Fault& f) {
     default: return {{0.96F, 0.58F, 0.04F, 1}, "limit"};
   }
 }
-bool is_drawn(const Fault& f) {
+bool is_drawn(const CheckFault& f) {
   return f.severity != program_check::Severity::note && f.motion != kNone;
 }
 
-robomosp::Fault run_fault(const CommandContext&, AnyId program, const CheckedProgram&,
-                          const Fault&);
+Fault run_fault(const CommandContext&, AnyId program, const CheckedProgram&, const CheckFault&);
 
 constexpr std::size_t kMostNames = 16;  ///< of places in a picture
 
@@ -174,17 +173,17 @@ constexpr std::size_t kMostNames = 16;  ///< of places in a picture
 /// Gives how many places have no word, as there would be too many. `size`: of the tool's way [m].
 std::size_t place_marks(const Check& check, double size, std::vector<scene::MarkedPlace>& out) {
   struct Place {
-    const Fault* first;
+    const CheckFault* first;
     std::set<std::uint32_t> lines;
-    std::vector<const Fault*> others;  ///< a ball each, without a word
+    std::vector<const CheckFault*> others;  ///< a ball each, without a word
   };
   std::vector<Place> all;
-  const auto gap = [](const Fault& a, const Fault& b) {
+  const auto gap = [](const CheckFault& a, const CheckFault& b) {
     return std::hypot(a.position[0] - b.position[0], a.position[1] - b.position[1],
                       a.position[2] - b.position[2]);
   };
   constexpr double kOne = 0.05;  ///< what is nearer is one ball [m]
-  for (const Fault& f : check.faults) {
+  for (const CheckFault& f : check.faults) {
     if (!is_drawn(f) || !f.has_position) continue;
     const std::uint32_t line = f.place.span.line;
     Place* at = nullptr;
@@ -200,7 +199,7 @@ std::size_t place_marks(const Check& check, double size, std::vector<scene::Mark
       continue;
     }
     at->lines.insert(line);
-    const auto is_there = [&](const Fault* o) { return gap(*o, f) < kOne; };
+    const auto is_there = [&](const CheckFault* o) { return gap(*o, f) < kOne; };
     if (!is_there(at->first) && std::none_of(at->others.begin(), at->others.end(), is_there))
       at->others.push_back(&f);
   }
@@ -208,7 +207,7 @@ std::size_t place_marks(const Check& check, double size, std::vector<scene::Mark
     const Place& p = all[i];
     out.push_back({p.first->position, i < kMostNames ? lines_text(p.lines) : std::string(),
                    look_of(*p.first).colour});
-    for (const Fault* f : p.others) out.push_back({f->position, {}, look_of(*f).colour});
+    for (const CheckFault* f : p.others) out.push_back({f->position, {}, look_of(*f).colour});
   }
   return all.size() - std::min(all.size(), kMostNames);
 }
@@ -221,8 +220,8 @@ std::size_t mark(const CheckedProgram& c, render::Scene& scene) {
   for (std::size_t i = 0; i < c.check.motions.size(); ++i) {
     const program_check::ToolWay way = program_check::tool_way(c.check, i);
     // The worst that is wrong at each point.
-    std::vector<const Fault*> at(way.world_T_tip.size(), nullptr);
-    for (const Fault& f : c.check.faults) {
+    std::vector<const CheckFault*> at(way.world_T_tip.size(), nullptr);
+    for (const CheckFault& f : c.check.faults) {
       if (!is_drawn(f)) continue;
       // Bodies touch over several motions; their fault stands at the line of the worst.
       const bool is_of_bodies = f.kind == FaultKind::contact || f.kind == FaultKind::clearance;
@@ -254,14 +253,14 @@ std::size_t mark(const CheckedProgram& c, render::Scene& scene) {
 }
 
 /// The first fault that has a place, and so its time is what a picture shows.
-const Fault* shown_fault(const Check& check) {
-  for (const Fault& f : check.faults)
+const CheckFault* shown_fault(const Check& check) {
+  for (const CheckFault& f : check.faults)
     if (is_drawn(f) && f.severity != program_check::Severity::note) return &f;
   return nullptr;
 }
 
 /// What is wrong first, and how much else is; the picture breaks it into lines.
-std::string caption_of(const CheckedProgram& c, const Fault& first, std::size_t unnamed) {
+std::string caption_of(const CheckedProgram& c, const CheckFault& first, std::size_t unnamed) {
   constexpr std::size_t kLongest = 220;
   std::string out =
       shortened(where_of(c.code->code(), first.place.span) + ": " + first.message, kLongest);
@@ -275,7 +274,7 @@ std::string caption_of(const CheckedProgram& c, const Fault& first, std::size_t 
 Result<void> draw(CommandContext& ctx, const Map& args, const CheckedProgram& c,
                   const std::string& file) {
   RMP_TRY_ASSIGN(render::Options options, read_picture(args));
-  const Fault* first = shown_fault(c.check);
+  const CheckFault* first = shown_fault(c.check);
   scene::Extras extras;
   extras.frames = flag(args, "frames");
   extras.paths = scene::ShownPath::none;
@@ -371,7 +370,7 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
   if (out.panels.empty())
     return error(ErrorCode::unsupported, "no joint has limits, and nothing can touch",
                  "Leave plot out.", "plot");
-  for (const Fault& f : c.check.faults) {
+  for (const CheckFault& f : c.check.faults) {
     if (f.severity == program_check::Severity::note) continue;
     const Look look = look_of(f);
     const auto hex = [](float v) {
@@ -435,7 +434,7 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   const auto most = static_cast<std::size_t>(integer(args, "most"));
   Map left_out;
   List faults, motions, not_run, not_checked;
-  for (const Fault& f : found.faults) {
+  for (const CheckFault& f : found.faults) {
     if (faults.size() >= most) break;
     Map row = fault_row(c, f);
     row.set("fault", fault_map(run_fault(ctx, ref(args, "id"), c, f)));
@@ -482,7 +481,7 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
     return static_cast<std::int64_t>(found.count(s));
   };
   std::string report;
-  for (const Fault& f : found.faults) {
+  for (const CheckFault& f : found.faults) {
     if (f.severity == program_check::Severity::note) continue;
     report += sentence_of(code, f) + "\n";
   }
@@ -594,7 +593,7 @@ std::vector<double> joints_at(const recording::Recording& r, const std::string& 
 }
 
 /// What mends a fault by other arguments of the check, or by a rule of the world.
-void offer_remedies(robomosp::Fault& out, const Fault& f, const Handle& world) {
+void offer_remedies(Fault& out, const CheckFault& f, const Handle& world) {
   FaultRemedy r;
   if (f.kind == FaultKind::clearance && f.has_values && f.value > 0) {
     // Of the places of one line the fault has the least distance.
@@ -610,11 +609,11 @@ void offer_remedies(robomosp::Fault& out, const Fault& f, const Handle& world) {
 }
 
 /// A fault of a run as data: its line, its time, and what of the robot shows it.
-robomosp::Fault run_fault(const CommandContext& ctx, AnyId program, const CheckedProgram& c,
-                          const Fault& f) {
+Fault run_fault(const CommandContext& ctx, AnyId program, const CheckedProgram& c,
+                const CheckFault& f) {
   const rmp_code& code = c.code->code();
-  robomosp::Fault out = make_fault("program." + std::string(program_check::to_string(f.kind)),
-                                   f.message, f.hint, where_of(code, f.place.span));
+  Fault out = make_fault("program." + std::string(program_check::to_string(f.kind)), f.message,
+                         f.hint, where_of(code, f.place.span));
   const model::Record& record = *ctx.snapshot().find(program);
   out.subject.record = Application::handle(program);
   out.subject.path = line_path(std::get<model::OtherContent>(record.body).as<model::Program>(),
@@ -660,7 +659,7 @@ robomosp::Fault run_fault(const CommandContext& ctx, AnyId program, const Checke
 
 }  // namespace
 
-Map fault_row(const CheckedProgram& c, const Fault& f) {
+Map fault_row(const CheckedProgram& c, const CheckFault& f) {
   const rmp_code& code = c.code->code();
   List calls;
   for (const auto& call : f.place.calls)
