@@ -25,6 +25,7 @@
 
 #include "kernel/plugin_loader.h"
 #include "kernel/plugin_run.h"
+#include "kernel/provider_process/proxies.h"
 
 namespace robomosp {
 namespace {
@@ -116,6 +117,17 @@ class ProviderProcesses : public testing::Test {
   PluginLoader loader_{registry_, &messages_};
   std::vector<std::string> remarks_;
 };
+
+TEST(ProvidersApart, EachInterfaceRunsApartOrSaysWhyNot) {
+  ASSERT_GT(known_interfaces().size(), 20U);
+  int apart = 0;
+  for (const std::string& id : known_interfaces())
+    if (apart::interface_wire(id)) ++apart;
+    else
+      EXPECT_EQ(apart::not_apart(id).find("has no form between processes"), std::string::npos)
+          << id << ": give the reason in kernel/provider_process/proxies.cpp";
+  EXPECT_GE(apart, 20);
+}
 
 TEST_F(ProviderProcesses, ComputesInItsOwnProcess) {
   open();
