@@ -632,6 +632,11 @@ TEST(Posts, NamesThatChangeAreNoted) {
                                "frame + 1.0;\nENDPROGRAM;\n");
   EXPECT_NE(krl.faults.find("note 3: frame is called FRAME2 there"), std::string::npos)
       << krl.faults << krl.files.at("P.src");
+  EXPECT_EQ(krl.faults.find("P is called"), std::string::npos) << krl.faults;
+  // The program, too: C is a word of KRL.
+  const auto c = post_source(posts::Krl(), "PROGRAM c;\nBEGIN\nWAIT 1.0 SEC;\nENDPROGRAM;\n");
+  EXPECT_TRUE(c.files.contains("C2.src"));
+  EXPECT_NE(c.faults.find("c is called C2 there"), std::string::npos) << c.faults;
 }
 
 TEST(Posts, NumbersArePrintedToTheirMeaning) {

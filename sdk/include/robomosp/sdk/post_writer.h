@@ -418,7 +418,10 @@ class Writer {
     // What passes have added has the place of a statement.
     if (upper(own) == upper(there) || is_system(s) || x.span.end - x.span.begin != own.size())
       return;
-    const rmp_span before = std::exchange(at_, x.span);
+    note_renamed(own, there, x.span);
+  }
+  void note_renamed(std::string_view own, const std::string& there, const rmp_span& place) {
+    const rmp_span before = std::exchange(at_, place);
     note(std::string(own) + " is called " + there + " there: the name is " +
              (own.size() > static_cast<std::size_t>(std::max(caps_.max_name, 4))
                   ? std::string("too long")
@@ -427,8 +430,11 @@ class Writer {
     at_ = before;
   }
   std::string routine_name(std::uint32_t r) {
-    if (r == 0) return names_.of(kProgram, task_.name);
-    return name(routine(r).symbol);
+    if (r != 0) return name(routine(r).symbol);
+    const std::string& there = names_.of(kProgram, task_.name);
+    if (!std::exchange(told_program_, true) && upper(task_.name) != upper(there))
+      note_renamed(task_.name, there, at_);
+    return there;
   }
   std::string field_name(std::uint32_t t, std::uint32_t number) {
     const auto& x = type(t);
@@ -1185,7 +1191,7 @@ class Writer {
   std::map<std::uint32_t, Names> field_names_;
   std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::string>> told_;
   int depth_ = 0;
-  bool told_axes_ = false;
+  bool told_axes_ = false, told_program_ = false;
 };
 
 /// Points of a program by their name: equal ones have one name.
