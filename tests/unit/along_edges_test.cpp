@@ -477,8 +477,8 @@ TEST_F(AlongEdges, WhatCannotBeRunIsSaid) {
   EXPECT_NE(refused(head + "{15}}").find("the solid has 14 edges, and no edge 15"),
             std::string::npos);
   EXPECT_NE(refused(head + "{0}}").find("no edge 0"), std::string::npos);
-  EXPECT_NE(refused(head + "{1.5}}").find("no edge 1.5"), std::string::npos);
-  EXPECT_NE(refused(head + "{0/0}}").find("no edge"), std::string::npos);
+  EXPECT_NE(refused(head + "{1.5}}").find("edges[1]: 1.5 is not "), std::string::npos);
+  EXPECT_NE(refused(head + "{0/0}}").find("edges[1]: "), std::string::npos);
   EXPECT_NE(refused(head + "{'rim'}}").find("edges[1]"), std::string::npos);
   EXPECT_NE(refused(head + "{{0.1, 0.05, 0.01}}}").find("are equally near"), std::string::npos);
   EXPECT_NE(refused(head + "{{0.1, 0, 0.01}, {-0.1, 0, 0.01}}}").find("does not begin where edge"),

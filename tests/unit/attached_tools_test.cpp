@@ -161,7 +161,7 @@ TEST_F(AttachedTools, SayWhatIsWrong) {
   says("arm:change_tool{tool = pen}", "nothing is attached to it");
   says("arm:attach{tool = 'nothing'}", "nothing");
   says("arm:attach{tool = torch, tcp = 'tipp'}", "tip");
-  says("arm:attach{tool = pen, tcp = 5}", "is not a centre point");
+  says("arm:attach{tool = pen, tcp = 5}", "tcp: 5 is not ");
   says("arm:attach{tool = torch, link = 'base', tcp = 'tip'}", "not on the last link");
   says("arm:attach{tool = torch, name = 'swing'}", "two links or tools named");
   says("arm:attach{tool = torch, name = 'a.b'}", "dot");

@@ -160,7 +160,7 @@ TEST_F(Bodies, AMeasuredMassCountsAndTheComputedOneStaysKnown) {
   call("solid.clear_measured", {{"id", "block"}});
   EXPECT_NEAR(number(call("solid.mass", {{"id", "block"}}), "mass"), m, 1e-12);
   EXPECT_NE(fails("solid.set_measured", {{"id", "block"}, {"mass", 1}, {"inertia", list({1, 2})}})
-                .find("not an inertia"),
+                .find("inertia: {1, 2} is not "),
             std::string::npos);
   const auto refused = [&](const Value& inertia) {
     return fails("solid.set_measured", {{"id", "block"}, {"mass", 1}, {"inertia", inertia}});

@@ -407,7 +407,7 @@ has(e, '"sideways" is not a word for a branch. The words are right or left, up o
 has(refused(lz.solve_ik, lz, {target = target, branch = "flip no flip"}), "exclude each other")
 has(refused(lz.solve_ik, lz, {target = target, branch = {elbo = "up"}}), 'Did you mean "elbow"?')
 has(refused(lz.solve_ik, lz, {target = target, branch = {elbow = "left"}}), "not a branch of the elbow: up or down")
-has(refused(lz.solve_ik, lz, {target = target, branch = 3}), "not a branch")
+has(refused(lz.solve_ik, lz, {target = target, branch = 3}), "branch: 3 is not string or ")
 has(refused(lz.solve_ik, lz, {target = target, branch = ""}), "no branch is named")
 has(refused(lz.solve_ik, lz, {target = target, limits = "loose"}), "limits")
 -- Of many targets those that lack the branch say so.

@@ -223,7 +223,7 @@ TEST_F(ProgramPhysics, WithoutTasksWhatIsHeldAtTheStartIsHeldUntilItIsReleased) 
 TEST_F(ProgramPhysics, WrongInputsGetASentence) {
   add("block", 0.5, -0.2, kTop);
   add_task("rest", List{Map{{"step", "wait"}, {"time", 0.1}}});
-  EXPECT_NE(fault({{"physics", 3}}).find("true, false or a table"), std::string::npos);
+  EXPECT_NE(fault({{"physics", 3}}).find("physics: 3 is not bool or "), std::string::npos);
   EXPECT_NE(fault({{"physics", Map{{"friction", -1.0}}}}).find("friction"), std::string::npos);
   EXPECT_NE(fault({{"physics", Map{{"step", NAN}}}}).find("step"), std::string::npos);
   EXPECT_NE(fault({{"physics", Map{{"engine", "odd"}}}}).find("\"ode\""), std::string::npos);

@@ -109,7 +109,7 @@ TEST_F(RunCommands, WhatCannotBeRunIsSaidInASentence) {
   expect_refused("cell:start_run('tasks')", "no task");
   expect_refused("cell:start_run('recording', {recording = 3})", "no recording");
   expect_refused("fall:play(0)", "cannot be played");
-  expect_refused("fall:play('fast')", "is not a speed");
+  expect_refused("fall:play('fast')", "speed: \"fast\" is not ");
   expect_refused("fall:seek(-1)", "time");
   run("fall:stop()");
   expect_refused("fall:step(5)", "was cancelled");
