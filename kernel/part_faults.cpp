@@ -21,15 +21,21 @@ namespace {
 /// Values nested deeper are left to the command, which has limits of its own.
 constexpr std::size_t kDeepestPart = 100;
 
-/// Takes expressions with names in place of numbers, without their values: the command knows them.
+/// Takes texts in place of numbers that the command reads: expressions with names, if it allows
+/// them, and quantities where the type has no unit, since it may follow from other arguments.
 class AnyText final : public NumberReader {
  public:
-  std::optional<Result<double>> read(std::string_view text, std::string_view, double min,
+  explicit AnyText(bool takes_expressions) : takes_expressions_(takes_expressions) {}
+  std::optional<Result<double>> read(std::string_view text, std::string_view unit, double min,
                                      double max) override {
     const auto compiled = Expression::compile(text);
-    if (!compiled.ok() || compiled->is_literal()) return std::nullopt;
+    if (!compiled.ok()) return std::nullopt;
+    if (compiled->is_literal() ? !unit.empty() : !takes_expressions_) return std::nullopt;
     return Result<double>(std::clamp(0.0, min, max));
   }
+
+ private:
+  bool takes_expressions_;
 };
 
 std::string path_of_field(std::string_view path, std::string_view name) {
@@ -198,8 +204,11 @@ class PartChecker {
     if (one.unit.empty()) one.unit = t.unit;
     if (one.choices.empty())
       for (const WordInfo& w : t.choices) one.choices.push_back(w.word);
-    // Of joints and their like any of several units.
-    const std::string all = one.unit;
+    // Of joints and their like any of several units: "rad|m", "rad or m".
+    std::string all = one.unit;
+    constexpr std::string_view kOr = " or ";
+    for (std::size_t at = 0; (at = all.find(kOr, at)) != std::string::npos;)
+      all.replace(at, kOr.size(), "|");
     std::optional<Error> wrong;
     for (const std::string_view unit : text::split(all, '|')) {
       one.unit = unit;
@@ -432,8 +441,8 @@ bool has_unchecked_parts(const ParamSpec& spec) {
 std::vector<Fault> part_faults(const ParamSpec& spec, const Value& v, std::string_view path,
                                std::size_t most) {
   const BareNumbers discarded;  // the command reports them when it reads the value
-  AnyText any;
-  const NumberReader::Scope texts(NumberReader::current() ? &any : nullptr);
+  AnyText any(NumberReader::current() != nullptr);
+  const NumberReader::Scope texts(&any);
   PartChecker checker(most);
   checker.value(type_tree(spec.type), spec, v, std::string(path));
   return std::move(checker).take();
@@ -442,7 +451,7 @@ std::vector<Fault> part_faults(const ParamSpec& spec, const Value& v, std::strin
 std::vector<Fault> part_faults(const TypeTree& t, const Value& v, std::string_view path,
                                std::size_t most) {
   const BareNumbers discarded;
-  AnyText any;
+  AnyText any(true);
   const NumberReader::Scope texts(&any);
   PartChecker checker(most);
   checker.value(t, part_spec(t, nullptr), v, std::string(path));
@@ -451,7 +460,7 @@ std::vector<Fault> part_faults(const TypeTree& t, const Value& v, std::string_vi
 
 std::vector<Fault> part_faults(const Schema& schema, const Map& given, std::size_t most) {
   const BareNumbers discarded;
-  AnyText any;
+  AnyText any(true);
   const NumberReader::Scope texts(&any);
   PartChecker checker(most);
   checker.fields(schema, given, {}, {}, nullptr);

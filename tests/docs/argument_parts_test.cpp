@@ -306,17 +306,16 @@ TEST(ArgumentParts, AWrongOneIsOneFaultWithItsPathForEveryCommand) {
 
 TEST(ArgumentParts, AllWrongOnesAreSaidAtOnce) {
   Session session("parts");
-  const Map given{
-      {"name", "arm"},
-      {"links", List{Map{{"a", 0.3}}, Map{{"a", true}, {"joint", "revolving"}},
-                     Map{{"alhpa", 1}, {"gear_ratio", "3 mm"}, {"coulomb_positive", -1}}}}};
+  const Map given{{"name", "arm"},
+                  {"links", List{Map{{"a", 0.3}}, Map{{"a", true}, {"joint", "revolving"}},
+                                 Map{{"alhpa", 1}, {"d", "3 kg"}, {"coulomb_positive", -1}}}}};
   const auto done = parts_app().dispatch(session, "robot.create", given);
   ASSERT_FALSE(done.ok());
   std::set<std::string> found;
   for (const Fault& f : faults_of(done.error())) found.insert(f.subject.argument + " " + f.code);
   EXPECT_EQ(found, (std::set<std::string>{
                        "links[2].a argument.wrong_type", "links[2].joint argument.not_a_choice",
-                       "links[3].alhpa argument.unknown", "links[3].gear_ratio argument.wrong_unit",
+                       "links[3].alhpa argument.unknown", "links[3].d argument.wrong_unit",
                        "links[3].coulomb_positive argument.out_of_range"}))
       << done.error().sentence();
   // The nearest value in range is a remedy that was tried.
@@ -326,6 +325,23 @@ TEST(ArgumentParts, AllWrongOnesAreSaidAtOnce) {
       const List& links = *f.remedies.front().args.find("links")->as_list();
       EXPECT_EQ(links[2].as_map()->find("coulomb_positive")->number(), 0);
     }
+}
+
+// What a part means may follow from other arguments, such as the unit of a joint or of a signal.
+TEST(ArgumentParts, TextsWithUnitsPassWhereTheTypeHasNone) {
+  Session session("parts");
+  for (const auto& [command, given] : std::initializer_list<std::pair<const char*, Map>>{
+           {"robot.close", Map{{"id", "arm"}, {"joints", Map{{"crank", "90 deg"}}}}},
+           {"robot.set_joint", Map{{"id", "arm"}, {"joint", 1}, {"value", "30 deg"}}},
+           {"world.set_signal", Map{{"id", "cell"}, {"signal", "go"}, {"value", "30 mm"}}},
+           {"robot.solve_ik", Map{{"id", "arm"}, {"branch", List{"no_flip", "down"}}}}}) {
+    const CommandSpec* spec = parts_app().commands.find(command);
+    ASSERT_NE(spec, nullptr) << command;
+    const auto checked = check(spec->params, given);
+    if (checked.ok()) continue;
+    for (const Fault& f : faults_of(checked.error()))
+      EXPECT_EQ(f.code, "argument.missing") << command << ": " << sentence(f);
+  }
 }
 
 }  // namespace
