@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <shared_mutex>
@@ -72,7 +73,11 @@ void take_bounds(ParamSpec& spec, const TypeTree& tree) {
 /// Trees by their texts. They are few: those of tables that come with the program or a plugin.
 struct Trees {
   std::shared_mutex mutex;
-  std::unordered_map<std::string, TreePtr> by_text;
+  /// Finds texts without making a string of them, once for each argument of each call.
+  struct Hash : std::hash<std::string_view> {
+    using is_transparent = void;
+  };
+  std::unordered_map<std::string, TreePtr, Hash, std::equal_to<>> by_text;
 };
 Trees& trees() {
   static Trees all;
@@ -462,7 +467,7 @@ class TypeParser {
 TreePtr known_tree(std::string_view text) {
   Trees& all = trees();
   const std::shared_lock lock(all.mutex);
-  const auto it = all.by_text.find(std::string(text));
+  const auto it = all.by_text.find(text);
   return it == all.by_text.end() ? nullptr : it->second;
 }
 
@@ -470,7 +475,7 @@ TreePtr known_tree(std::string_view text) {
 std::string_view kept_text(std::string_view text) {
   Trees& all = trees();
   const std::shared_lock lock(all.mutex);
-  return all.by_text.find(std::string(text))->first;
+  return all.by_text.find(text)->first;
 }
 
 struct NamedEntry {
