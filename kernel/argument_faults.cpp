@@ -37,6 +37,8 @@ const FaultCodes kArgumentCodes{
      "The command refuses a value that its schema allows."},
 };
 
+/// Bytes of an argument's path that a fault repeats.
+constexpr std::size_t kLongestArgument = 300;
 /// Entries of a list that a remedy copies.
 constexpr std::size_t kMostCopied = 1000;
 
@@ -194,7 +196,7 @@ void offer_unit(Fault& fault, const ParamSpec& spec, const Map& given, const Res
 Error argument_error(std::string_view code, std::string_view path, std::string message,
                      std::string hint) {
   Fault f = make_fault(code, std::move(message), std::move(hint), std::string(path));
-  f.subject.argument = path;
+  f.subject.argument = text::shortened(std::string(path), kLongestArgument);
   return error_of(std::move(f));
 }
 
@@ -202,7 +204,7 @@ Error argument_error(Error e, std::string_view path, std::string_view code) {
   e = std::move(e).in(path);
   amend(e, [&](Fault& f) {
     if (f.code.starts_with("error.")) f.code = code;
-    f.subject.argument = path;
+    f.subject.argument = text::shortened(std::string(path), kLongestArgument);
   });
   return e;
 }
@@ -210,7 +212,7 @@ Error argument_error(Error e, std::string_view path, std::string_view code) {
 Error range_error(std::string_view path, std::string message, double value, double limit,
                   std::string_view unit) {
   Fault f = make_fault("argument.out_of_range", std::move(message), {}, std::string(path));
-  f.subject.argument = path;
+  f.subject.argument = text::shortened(std::string(path), kLongestArgument);
   set_bound(f.witness, value, limit, unit == "1" ? std::string_view() : unit);
   return error_of(std::move(f));
 }

@@ -696,7 +696,9 @@ Fault unknown_argument(const Schema& schema, std::string_view name, std::string_
         known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
   Fault f = make_fault("argument.unknown", text::quote(name) + " is not a parameter",
                        std::move(hint), std::string(path));
-  f.subject.argument = (path.empty() ? "" : std::string(path) + ".") + std::string(name);
+  constexpr std::size_t kLongestSubject = 300;
+  f.subject.argument = text::shortened(
+      (path.empty() ? "" : std::string(path) + ".") + std::string(name), kLongestSubject);
   return f;
 }
 
