@@ -137,6 +137,16 @@ std::string in_words(const TypeTree& t) {
       return (kVowels.find(kinds.front()) == std::string_view::npos ? "a " : "an ") + kinds;
     }
     case TypeKind::provider: return "a provider: " + text::join(t.words, " or ");
+    case TypeKind::word: {
+      std::string out;
+      for (const WordInfo& w : t.choices) out += (out.empty() ? "" : ", ") + w.word;
+      return out.empty() ? type_words(t) : out;
+    }
+    case TypeKind::one_of: {
+      std::string out;
+      for (const auto& option : t.options) out += (out.empty() ? "" : " or ") + in_words(*option);
+      return out;
+    }
     default: return type_words(t);
   }
 }

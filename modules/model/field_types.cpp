@@ -88,6 +88,7 @@ constexpr FieldNote kFieldNotes[] = {
     {"trajectory", "segments.transition.speed", "@when(is_smooth is true)"},
     {"world", "robots.base_trajectory", "member:trajectory of id"},
     {"world", "tasks.robot", "member:robot of id"},
+    {"world", "programs.program", "ref:program"},
     {"world", "programs.robot", "member:robot of id"},
     {"world", "attachments.object", "member:object of id"},
     {"world", "attachments.robot", "member:robot of id"},

@@ -66,15 +66,27 @@ Schema plane_fields() {
                    "(x and -x both count along x) or the normal.")};
 }
 
+Schema section_fields() {
+  Schema s = plane_fields();
+  s.push_back(optional("colour", "any", "", "Colour of the cut faces."));
+  s.push_back(defaulted("hatch", "bool", "", true, "Hatching of the cut faces."));
+  return s;
+}
+
 namespace {
 
-std::string plane_type() {
-  Schema s = plane_fields();
+std::string placed_type(Schema s) {
   retype(s, "axis", "enum(x|y|z|-x|-y|-z) @when(normal is absent)");
   retype(s, "normal", "vec3 @when(axis is absent)");
   retype(s, "point", "vec3 @when(offset is absent)");
   retype(s, "offset", "real @when(point is absent)");
   return map_type(s);
+}
+std::string plane_type() { return placed_type(plane_fields()); }
+std::string section_type() {
+  Schema s = section_fields();
+  retype(s, "colour", "colour");
+  return placed_type(std::move(s));
 }
 std::string voxels_type() {
   Schema s = map_fields();
@@ -84,6 +96,7 @@ std::string voxels_type() {
   return map_type(s);
 }
 const NamedType kPlaneType("plane", "map", plane_type);
+const NamedType kSectionType("section", "map", section_type);
 const NamedType kVoxelsType("voxels", "map", voxels_type);
 
 }  // namespace

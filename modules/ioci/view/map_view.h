@@ -18,6 +18,8 @@ struct Plane {
 
 /// normal, axis, point and offset.
 [[nodiscard]] Schema plane_fields();
+/// A plane that cuts pictures, with the look of the cut faces.
+[[nodiscard]] Schema section_fields();
 /// The word of an axis, or a table of `fields`, as a checked table.
 [[nodiscard]] Result<Map> read_plane_map(const CommandContext&, const Schema& fields,
                                          const Value& given, std::string_view path);

@@ -167,10 +167,7 @@ Result<std::optional<render::Section>> read_section(const CommandContext& ctx, c
   using Out = std::optional<render::Section>;
   const Value* given = args.find("section");
   if (!given || given->is_nil()) return Out{};
-  Schema fields = plane_fields();
-  fields.push_back(optional("colour", "any", "", "Colour of the cut faces."));
-  fields.push_back(defaulted("hatch", "bool", "", true, "Hatching of the cut faces."));
-  RMP_TRY_ASSIGN(const Map s, read_plane_map(ctx, fields, *given, "section"));
+  RMP_TRY_ASSIGN(const Map s, read_plane_map(ctx, section_fields(), *given, "section"));
   RMP_TRY_ASSIGN(const Plane plane, read_plane(s, middle_of(scene), "section"));
   render::Section section;
   section.point = plane.point;
