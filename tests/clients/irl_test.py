@@ -131,7 +131,7 @@ class Alone(Folder):
             self.assertEqual(file.read(), "kept\n")
         path = self.write("leaves.irl", "PROGRAM leaves;\nVAR\n  FILE: f;\nBEGIN\n  OPEN(f, '../out.txt', 'W');\n"
                                         "  WRITELN(f, 'x');\n  CLOSE(f);\nENDPROGRAM;\n")
-        self.fails(irl(path), 1, "leaves.irl:", "beside the program")
+        self.fails(irl(path), 1, "leaves.irl:", "next to the program")
 
     def test_wrong_input(self):
         self.fails(irl(os.path.join(self.folder, "none.irl")), 3, "there is no file")
