@@ -11,13 +11,13 @@
 
 namespace robomosp::program_source {
 
-/// The motions of a trajectory that stands at `base_T_trajectory`, written to the body of `source`;
+/// The motions of a trajectory at `base_T_trajectory`, written to the body of `source`;
 /// curves that are neither line nor arc are paths through `points` points.
 [[nodiscard]] Result<void> write_motions(const evaluation::Sources&, Source& source,
                                          const model::Trajectory&, const Pose& base_T_trajectory,
                                          std::int64_t points);
 
-/// SPEED and what goes with it, of a segment whose law is a trapezoid.
+/// SPEED and what goes with it, of a segment with a trapezoidal law.
 [[nodiscard]] Result<std::string> trapezoid_words(const evaluation::Sources&,
                                                   const model::TrajectorySegment&, Source&);
 

@@ -35,7 +35,7 @@ struct Arm {
 [[nodiscard]] Result<Arm> arm_of(const evaluation::Sources&, const model::World& w,
                                  std::size_t which, Progress&);
 
-/// A program while it is written, with what its reader has to be told.
+/// A program while it is written, with the notes for its reader.
 class Source {
  public:
   explicit Source(const Arm& arm) : arm_(arm) {}
@@ -55,7 +55,7 @@ class Source {
   const Arm& arm_;
 };
 
-/// The program, of which `from` tells the origin and `head` are the declarations.
+/// The program. `from`: its origin, for the description; `head`: its declarations.
 [[nodiscard]] WrittenProgram finished(const Source&, const std::string& name,
                                       const std::string& from, const std::string& head,
                                       const std::string& routines);

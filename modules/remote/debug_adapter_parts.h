@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The adapter between an editor and programs that are debugged, whose requests stand in a file for
-// each subject, and what these share (layer: application, remote only).
+// The adapter between an editor and programs that are debugged, and what its files share, one for
+// each subject of requests (layer: application, remote only).
 #pragma once
 
 #include <sys/eventfd.h>
@@ -42,7 +42,7 @@ inline constexpr std::size_t kMostBreakpoints = 100'000;    ///< of all sources;
 inline constexpr std::size_t kMostSources = 10'000;         ///< that have breakpoints, or had
 inline constexpr std::size_t kMostReferences = 200'000;     ///< of one stop
 inline constexpr std::size_t kMostParts = 10'000;           ///< of one answer
-inline constexpr std::size_t kMostNotes = 1000;             ///< told at once
+inline constexpr std::size_t kMostNotes = 1000;             ///< reported at once
 inline constexpr std::size_t kMostTargets = 50;             ///< of one gotoTargets
 inline constexpr std::size_t kMostCompletions = 500;
 inline constexpr const char* kAsks =
@@ -54,7 +54,7 @@ inline constexpr auto kFarNap = 50ms;                    ///< the same in anothe
 inline constexpr auto kIdle = 100ms;
 /// How long what runs may take when the input has ended.
 inline constexpr auto kLastWork = 5s;
-inline constexpr int kAdapterAgain = 20;  ///< how often it is told to end [ms]
+inline constexpr int kAdapterAgain = 20;  ///< between requests to end [ms]
 
 inline constexpr int kEndedByUser = 130;
 
@@ -164,7 +164,7 @@ class Adapter {
   Result<void> know_programs();
 
   Answer configuration_done(const Json&);
-  /// The programs stand before their first statement, or as somebody else has left them.
+  /// The programs are before their first statement, or where another client has left them.
   Answer begin();
 
   Answer disconnect(const Json& a);
@@ -259,12 +259,12 @@ class Adapter {
   Result<Thread> thread_argument(const Json& a);
 
   Answer threads(const Json&);
-  /// Tells the editor what processes have begun and ended since.
+  /// Reports to the editor which processes have begun and ended since.
   void tell_threads();
 
   /// What is written and noted since.
   void tell_notes(const Value& place);
-  /// "t = 6.32 s: carry: text" is what a program writes; all else is told as it is.
+  /// "t = 6.32 s: carry: text" is what a program writes; everything else is passed on as it is.
   void tell_note(const std::string& note);
 
   void runs();
@@ -272,12 +272,12 @@ class Adapter {
 
   void look();
 
-  /// Says where it stands, or that it is over. `thread` = who asked.
+  /// Reports where it is, or that it is over. `thread`: that of the request.
   void arrived(const Value& place, std::int64_t thread);
   void hit(std::int64_t number, Json& body);
   void end(int code);
 
-  // ---- going on ----
+  // ---- continuing ----
 
   /// Forward: over what is recorded where the past is shown, else computed.
   Answer go_on(const Json& a, const char* command, const char* recorded);
@@ -331,7 +331,7 @@ class Adapter {
   Answer set_expression(const Json& a);
 
   Answer evaluate(const Json& a);
-  /// Where := stands outside of texts.
+  /// The place of := outside of texts.
   static std::size_t assignment(std::string_view s);
 
   Answer completions(const Json& a);

@@ -9,14 +9,14 @@
 
 namespace robomosp::shell {
 
-/// What `connect` is told.
+/// Options of `connect`.
 struct ConnectSettings {
   std::string address, token_file, certificate;
   bool tls = false, no_tls = false;
   double seconds = 10;
 };
 
-/// What `irl` is told, beside the token, which stands in a file.
+/// Options of `irl`; the token is in a file.
 struct IrlWords {
   IrlSettings settings;
   std::string token_file;

@@ -124,7 +124,7 @@ inline constexpr const char* kPiped = "robomosp, input from a file";
 /// Whether a person types, on a terminal.
 [[nodiscard]] bool is_interactive(const Settings&);
 
-/// Makes the program of a subcommand, whose session has that name.
+/// Makes the program of a subcommand, with a session of that name.
 [[nodiscard]] Result<void> start(Program&, const Settings&, const Voice&, std::string session_name);
 
 /// Files that follow edits are as the last edit left them when the program ends; Ctrl-C ends the

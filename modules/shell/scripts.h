@@ -18,7 +18,7 @@ struct Sandbox {
 // Each returns the exit code.
 int run_script(const Settings&, const Voice&, const std::string& file,
                const std::vector<std::string>& args);
-/// A script of a stranger: in a process of its own, with some effects only.
+/// A script of a stranger: in a separate process, with some effects only.
 int run_sandboxed(const Settings&, const Voice&, const std::string& file,
                   const std::vector<std::string>& args, const Sandbox&);
 int run_eval(const Settings&, const Voice&, const std::string& code);

@@ -9,7 +9,7 @@
 
 namespace robomosp::shell {
 
-/// What `serve` is told.
+/// Options of `serve`.
 struct ServeSettings {
   std::vector<std::string> listen, allow, grant, limits, origins;
   std::string script, certificate, key, token_file, folder, audit;

@@ -66,7 +66,7 @@ void report_singular(const RobotModel& m, std::size_t tip, std::uint32_t parts, 
 /// The solutions of one target.
 struct IkAnswer {
   IkResult result;  ///< of the solver; detail names the maker's axes
-  /// On the wanted branch; the nearest configuration where it is not solved.
+  /// On the wanted branch; the nearest configuration if it is not solved.
   std::vector<IkSolution> found;
   std::vector<IkSolution> beyond;  ///< that limits took away or, ignored, would take away
   std::string limits;  ///< "2 of 8 solutions are beyond the joint limits: ..."; "" = none is

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Help for posts: Writer walks through the structured program and asks for the text of each
-// construct. Files, numbers, names and orientations stand in headers of their own (layer: contract
+// construct. Files, numbers, names and orientations are in separate headers (layer: contract
 // helper, inline only, not part of the ABI).
 #pragma once
 
