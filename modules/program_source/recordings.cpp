@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <map>
 #include <span>
 
 #include "kernel/text.h"
 #include "program_source/from_records.h"
 #include "program_source/source.h"
 #include "spatial/passing.h"
-#include "task/members.h"
 
 namespace robomosp::program_source {
 namespace {
@@ -71,11 +69,7 @@ Result<WrittenProgram> from_recording(const evaluation::Sources& from,
   if (robot.empty())
     return error(ErrorCode::invalid_argument, "the recording contains several robots",
                  "Name it: robot = ...", "robot");
-  std::map<std::string, std::size_t> robots;
-  for (std::size_t i = 0; i < w->robots.size(); ++i) robots[w->robots[i].name] = i;
-  auto arm_at = task::find_member(robots, robot, "robot");
-  if (!arm_at.ok()) return std::move(arm_at).error().in(name_of(from, r.world));
-  RMP_TRY_ASSIGN(const Arm arm, arm_of(from, *w, *arm_at, progress));
+  RMP_TRY_ASSIGN(const Arm arm, arm_named(from, r.world, robot, progress));
   const recording::Column* time = r.find("time");
   std::vector<const recording::Column*> q;
   for (std::size_t j = 1; j <= arm.model->joints.size(); ++j) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_source/source.h"
 
+#include <map>
 #include <utility>
 
 #include "kernel/text.h"
@@ -9,6 +10,7 @@
 #include "robotics/grip.h"
 #include "robotics/single_joints.h"
 #include "spatial/pose.h"
+#include "task/members.h"
 
 namespace robomosp::program_source {
 
@@ -30,6 +32,16 @@ Result<Arm> arm_of(const evaluation::Sources& from, const model::World& w, std::
                  "robot " + quote(a.name) + ": " + why + ", which programs do not support",
                  "Use another robot.");
   return a;
+}
+
+Result<Arm> arm_named(const evaluation::Sources& from, WorldId world, const std::string& name,
+                      Progress& progress) {
+  const model::World& w = *from.snapshot.get(world);
+  std::map<std::string, std::size_t> robots;
+  for (std::size_t i = 0; i < w.robots.size(); ++i) robots[w.robots[i].name] = i;
+  auto at = task::find_member(robots, name, "robot");
+  if (!at.ok()) return std::move(at).error().in(name_of(from, world));
+  return arm_of(from, w, *at, progress);
 }
 
 Result<std::string> Source::joints(std::span<const double> q) const {

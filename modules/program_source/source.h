@@ -35,6 +35,10 @@ struct Arm {
 [[nodiscard]] Result<Arm> arm_of(const evaluation::Sources&, const model::World& w,
                                  std::size_t which, Progress&);
 
+/// The same of the robot of that name; an error that names the world if it has none.
+[[nodiscard]] Result<Arm> arm_named(const evaluation::Sources&, WorldId, const std::string& name,
+                                    Progress&);
+
 /// A program while it is written, with the notes for its reader.
 class Source {
  public:

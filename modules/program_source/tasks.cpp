@@ -496,7 +496,7 @@ class TaskWriter {
               s.joints.empty() ? " " + irl_comment(s.pose) : std::string(), q);
     return {};
   }
-  /// world_T_frame. Objects that move stand for where they are at the start.
+  /// world_T_frame. Objects that move are taken where they are at the start.
   Result<Pose> frame(const std::string& name) {
     if (name.empty()) return Pose{};
     for (const model::PlacedFrame& f : world_.frames)
@@ -543,11 +543,7 @@ Result<WrittenProgram> from_task(const evaluation::Sources& from, WorldId world,
       return error(ErrorCode::invalid_argument, "no step names a robot",
                    "Give the task a robot in the world.", where + ", task " + quote(placed.name));
   }
-  std::map<std::string, std::size_t> robots;
-  for (std::size_t i = 0; i < w.robots.size(); ++i) robots[w.robots[i].name] = i;
-  auto arm_at = task::find_member(robots, robot, "robot");
-  if (!arm_at.ok()) return std::move(arm_at).error().in(where);
-  RMP_TRY_ASSIGN(const Arm arm, arm_of(from, w, *arm_at, progress));
+  RMP_TRY_ASSIGN(const Arm arm, arm_named(from, world, robot, progress));
   RMP_TRY_ASSIGN(Rehearsal rehearsal, Rehearsal::create(from, world, arm.name, progress));
   model::PlacedTask mine = placed;
   mine.robot = robot;
