@@ -169,7 +169,7 @@ void offer_unit(Fault& fault, const ParamSpec& spec, const Map& given, const Res
   const Value* element = v;
   for (const PartStep& step : *at) {
     const List* list = element->as_list();
-    // A field of a table has a unit of its own.
+    // A field of a table has its own unit.
     if (!list || !step.name.empty() || step.index >= list->size()) return;
     element = &(*list)[step.index];
   }

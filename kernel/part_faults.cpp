@@ -18,7 +18,7 @@
 namespace robomosp {
 namespace {
 
-/// Values nested deeper are left to the command, which has limits of its own.
+/// Values nested deeper are left to the command, which has its own limits.
 constexpr std::size_t kDeepestPart = 100;
 
 /// Takes texts in place of numbers that the command reads: expressions with names, if it allows

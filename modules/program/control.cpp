@@ -112,7 +112,7 @@ bool Run::stops_here(Process& p, std::uint32_t op, std::uint64_t used) {
   const auto no_value = [](const Error& e) {
     return "The condition of the breakpoint has no value here: " + e.message + ".";
   };
-  // Breakpoints are not asked before it goes on from there.
+  // Breakpoints are not asked before it continues from there.
   if (s_.entry_op == op && s_.entry_counts) return stop(StopReason::entry, 0);
   std::optional<StopReason> reason;
   std::uint32_t number = 0;

@@ -13,7 +13,7 @@ namespace robomosp::shell {
 namespace {
 
 /// Tells an error of a post and gives its exit code: what files and folders do not allow is wrong
-/// input, as a name is that there is not.
+/// input, as an unknown name is.
 int fail_post(const Voice& voice, const Error& e) {
   const int code = voice.fail(e);
   if (e.code == ErrorCode::unsupported) return 1;  // the target cannot say it
@@ -125,7 +125,7 @@ Result<std::pair<Value, Value>> cell_of_script(Program& p, const PostSettings& h
   return std::pair(id, world);
 }
 
-/// What is missing, and the targets that there are.
+/// What is missing, and the known targets.
 Error no_target(Program& p, const char* what, const char* hint) {
   std::string all;
   if (const auto targets = p.app->dispatch(*p.session, "program.targets", Map{}); targets.ok())
@@ -172,7 +172,7 @@ int run_post(const Settings& s, const Voice& voice, const PostSettings& how) {
   }
   if (!program.ok()) return fail_post(voice, program.error());
   args.set("id", *program);
-  // A source with errors is told whole, before anything else.
+  // All errors of a source are reported, before anything else.
   auto checked = ask("program.check", Map{{"id", *program}});
   if (!checked.ok()) return fail_post(voice, checked.error());
   if (!*checked->as_map()->find("correct")->as_bool()) {

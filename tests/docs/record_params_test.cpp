@@ -333,7 +333,7 @@ TEST(RecordParams, BindingsHaveEachFieldOfTheRecord) {
              .other = std::move(other)});
   };
   const char* const point = "Of a point, which must be a variable of the program.";
-  std::map<std::string, std::string> never{{"kind", "Each kind has fields of its own."},
+  std::map<std::string, std::string> never{{"kind", "Each kind has its own fields."},
                                            {"at", point},
                                            {"expression", "Of a value, which must be a variable."}};
   for (const char* name : {"x", "y", "z", "roll", "pitch", "yaw"}) never[name] = point;
