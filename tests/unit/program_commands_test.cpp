@@ -52,6 +52,25 @@ TEST_F(ProgramCommands, FaultsAreValuesAndUndoBringsTheTextBack) {
   EXPECT_EQ(at(call("program.check", {{"id", id}}), "correct").text(), "true");
 }
 
+TEST_F(ProgramCommands, OnlyProgramsArePlacedInWorldsAsPrograms) {
+  const Value cell = call("world.create", {{"name", "cell"}});
+  const Value p =
+      call("program.create", {{"name", "p"}, {"source", "PROGRAM p;\nBEGIN\nENDPROGRAM;\n"}});
+  const Value column = Map{{"name", "time"}, {"values", List{0.0, 1.0}}};
+  const Value run = call("recording.create", {{"columns", List{column}}});
+  call("material.create", {{"name", "m"}, {"density", 1000}});
+  for (const Value& other : {run, Value("recording#1"), cell, Value("m")})
+    EXPECT_NE(
+        fails("world.add_program", {{"id", cell}, {"program", other}}).sentence().find("program"),
+        std::string::npos)
+        << other.text();
+  EXPECT_EQ(call("world.add_program", {{"id", cell}, {"program", p}}).text(), "p");
+  EXPECT_NE(fails("record.set", {{"id", cell}, {"path", "programs[1].program"}, {"value", run}})
+                .sentence()
+                .find("is a recording, not a program"),
+            std::string::npos);
+}
+
 TEST_F(ProgramCommands, ImportTakesTheFilesThatAProgramNames) {
   write("cell.ssi", "PROGRAM cell;\nCONST\n  INT: n := 2;\nENDPROGRAM;\n");
   write("tools.irl", "MODULE tools;\nEXPORT k;\nCONST INT: k := 1;\nENDMODULE;\n");

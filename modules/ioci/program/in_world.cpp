@@ -48,11 +48,7 @@ Result<Value> add_to_world(CommandContext& ctx, const Map& args) {
                    find_robot(ctx, typed<model::World>(args), *args.find("robot"), "robot"));
     made.robot = ctx.snapshot().get(typed<model::World>(args))->robots[at].name;
   }
-  const model::Record* const program = ctx.snapshot().find(made.program);
-  if (!program || made.program.kind != program_kind())
-    return error(ErrorCode::invalid_argument, args.find("program")->text() + " is not a program",
-                 "program.list() lists them.", "program");
-  const std::string wanted = program->name;
+  const std::string wanted = ctx.snapshot().find(made.program)->name;
   RMP_TRY(change_world(ctx, args, [&](model::World& w) -> Result<void> {
     RMP_TRY_ASSIGN(made.name, member_name(w, args, wanted));
     w.programs.push_back(made);
