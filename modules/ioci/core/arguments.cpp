@@ -6,6 +6,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "kernel/unknown_name.h"
 #include "spatial/rotation.h"
 
 namespace robomosp::ioci {
@@ -303,13 +304,7 @@ Result<model::ProviderChoice> read_provider(const Value& value, std::string_view
 
 Error unknown_name(std::string_view what, std::string_view name,
                    const std::vector<std::string>& known) {
-  std::string hint = text::did_you_mean(name, known);
-  if (known.empty()) hint = "There are none.";
-  if (hint.empty() && known.size() <= 20)
-    hint =
-        "There " + std::string(known.size() == 1 ? "is " : "are ") + text::enumerate(known) + ".";
-  return error(ErrorCode::unknown_name,
-               "there is no " + std::string(what) + " " + text::quote(name), std::move(hint));
+  return robomosp::unknown_name(what, name, known);
 }
 
 // --- values --------------------------------------------------------------------------------

@@ -8,9 +8,9 @@
 
 #include <robomosp/sdk/post_writer.h>
 
+#include "evaluation/features.h"
 #include "ioci/core/commands.h"
 #include "ioci/program/rows.h"
-#include "ioci/records/features.h"
 #include "kernel/expression.h"
 #include "model/parametric.h"
 #include "model/solid_edit.h"
@@ -125,11 +125,13 @@ class Binder {
     if (const auto* s = at.what.kind == Kind::solid ? &std::get<model::Solid>(*at.body) : nullptr)
       for (std::size_t i = 0; i < s->nodes.size(); ++i)
         if (s->nodes[i].name == b.at) return model::solid_T_node(*s, i);
-    const auto index = text::read_int(b.at);
-    RMP_TRY_ASSIGN(
-        const CsgFeature f,
-        feature_of(ctx_, at.what, index ? Value(*index) : Value(b.at), quote(b.to), "at"));
-    return Pose{feature_rotation(f), f.point};
+    evaluation::FeatureSelector selector = b.at;
+    if (const auto index = text::read_int(b.at)) selector = static_cast<double>(*index);
+    RMP_TRY_ASSIGN(const CsgFeature f,
+                   evaluation::feature_of(ctx_.app.derived, ctx_.snapshot(), at.what, selector,
+                                          evaluation::FeatureUse::point, quote(b.to), "at",
+                                          ctx_.progress));
+    return Pose{evaluation::feature_rotation(f), f.point};
   }
 
   Result<double> number(const std::string& expression, const Place& at, std::string_view unit,
