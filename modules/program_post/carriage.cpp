@@ -12,6 +12,7 @@
 #include "program_post/cell.h"
 #include "program_post/legalise.h"
 #include "program_post/pose_rewriter.h"
+#include "spatial/identity.h"
 
 namespace robomosp::program_post {
 namespace {
@@ -109,7 +110,7 @@ class ForRail final : PoseRewriter {
            "program (form = \"flat\").");
       return;
     }
-    const auto frame = unless_identity(post::inverse(carriage_at(carrier_, *c.to)));
+    const auto frame = spatial::unless_identity(post::inverse(carriage_at(carrier_, *c.to)));
     if (!frame) return;
     bool is_framed = false;
     rewrite_attributes(

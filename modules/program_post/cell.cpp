@@ -55,13 +55,4 @@ std::unique_ptr<ProgramTables> in_cell(const rmp_code& code, const CellPlaces& c
   return tables;
 }
 
-std::optional<Pose> unless_identity(const Pose& p) {
-  constexpr double kSame = 1e-9;
-  double away = 0;
-  for (const double x : p.p) away = std::fmax(away, std::fabs(x));
-  for (std::size_t i = 0; i < 9; ++i)
-    away = std::fmax(away, std::fabs(p.R[i] - (i % 4 == 0 ? 1.0 : 0.0)));
-  return away < kSame ? std::nullopt : std::optional(p);
-}
-
 }  // namespace robomosp::program_post

@@ -20,7 +20,4 @@ struct CellPlaces {
 /// program, which must outlive it. Null if there is nothing to add.
 [[nodiscard]] std::unique_ptr<ProgramTables> in_cell(const rmp_code&, const CellPlaces&);
 
-/// The pose itself, or empty if it is the identity: within 1e-9 m, 1e-9 of a direction.
-[[nodiscard]] std::optional<Pose> unless_identity(const Pose&);
-
 }  // namespace robomosp::program_post

@@ -6,9 +6,9 @@
 
 #include "kernel/text.h"
 #include "model/placement.h"
-#include "program_post/cell.h"
 #include "robotics/grip.h"
 #include "robotics/single_joints.h"
+#include "spatial/identity.h"
 #include "spatial/pose.h"
 #include "task/members.h"
 
@@ -65,8 +65,8 @@ std::string tool_words(const Arm& arm) {
   const robotics::LinkFrame flange = robotics::flange_frame(*arm.record);
   const TipModel& tip = arm.model->tips.front();
   if (tip.joint != flange.joint) return {};
-  const auto tool = program_post::unless_identity(
-      spatial::compose(spatial::inverse(flange.joint_T_link), tip.tool));
+  const auto tool =
+      spatial::unless_identity(spatial::compose(spatial::inverse(flange.joint_T_link), tip.tool));
   return tool ? " TOOL := " + irl_pose(*tool) : std::string();
 }
 /// Statements of motions to places, with `words` behind their attributes.

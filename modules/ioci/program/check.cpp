@@ -12,22 +12,18 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/check_program.h"
 #include "ioci/program/in_world.h"
-#include "ioci/program/post_profile.h"
-#include "ioci/program/program_faults.h"
 #include "ioci/program/rows.h"
+#include "ioci/program/workshop.h"
 #include "ioci/view/picture.h"
 #include "ioci/world/members.h"
 #include "ioci/world/pair_remedy.h"
 #include "kernel/fault.h"
-#include "model/controller.h"
-#include "model/program_kinds.h"
 #include "program_post/points.h"
-#include "program_source/source_text.h"
+#include "program_source/text_faults.h"
 #include "recording/plot/plot.h"
 #include "scene/build.h"
 #include "scene/path_lines.h"
 #include "sim/member_axes.h"
-#include "task/target_places.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -396,39 +392,12 @@ Result<void> plot(const CheckedProgram& c, const std::string& file) {
   return io::write_file(file, bytes);
 }
 
-/// A world for a program that has none: the robot alone, in a snapshot that nobody publishes.
-Result<void> alone(CommandContext& ctx, const Map& args, AnyId id, CheckedProgram& out,
-                   std::string& name_there) {
-  RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("check of a program"));
-  // As this session sees the document: the robot may just have come from the library.
-  scratch.base_on(std::make_shared<const document::Snapshot>(ctx.snapshot()));
-  model::World world;
-  world.robots.push_back(
-      {"robot", typed<model::Robot>(args, "robot"), {}, {}, model::BaseKind::fixed, {}});
-  world.robots.back().name = ctx.snapshot().find(ref(args, "robot"))->name;
-  const std::string name = ctx.snapshot().find(id)->name;
-  RMP_TRY_ASSIGN(out.world, scratch.add(scratch.free_name(Kind::world, name + "_check"), world));
-  out.snapshot = std::make_shared<const document::Snapshot>(scratch.now());
-  name_there = name;
-  return {};
-}
-
-void put_in_place(const InItsPlace* instead, task::ProgramInWorld& one, const model::World& world) {
-  if (!instead) return;
-  one.code = instead->code;
-  one.frees_unbound = true;
-  one.moves_flange = instead->moves_flange;
-  one.counted = instead->counted;
-  one.is_on_carriage = instead->is_on_carriage;
-  instead->bind(one.placement, world);
-}
-
 Result<Value> check(CommandContext& ctx, const Map& args) {
   const std::string file = has(args, "picture") ? text_of(args, "picture") : "";
   const std::string plot_name = has(args, "plot") ? text_of(args, "plot") : "";
   if (!file.empty())
     RMP_TRY(check_new_file(file, ".png", "Pictures are written as PNG files only."));
-  RMP_TRY_ASSIGN(const CheckedProgram c, check_program(ctx, args));
+  RMP_TRY_ASSIGN(const CheckedProgram c, check_program(workshop_of(ctx), check_task(args)));
   const rmp_code& code = c.code->code();
   const Check& found = c.check;
   const auto most = static_cast<std::size_t>(integer(args, "most"));
@@ -616,8 +585,9 @@ Fault run_fault(const CommandContext& ctx, AnyId program, const CheckedProgram& 
                          f.hint, where_of(code, f.place.span));
   const model::Record& record = *ctx.snapshot().find(program);
   out.subject.record = Application::handle(program);
-  out.subject.path = line_path(std::get<model::OtherContent>(record.body).as<model::Program>(),
-                               file_name(code, f.place.span.file), f.place.span.line);
+  out.subject.path =
+      program_source::line_path(std::get<model::OtherContent>(record.body).as<model::Program>(),
+                                file_name(code, f.place.span.file), f.place.span.line);
   out.severity = f.severity == program_check::Severity::error     ? Severity::error
                  : f.severity == program_check::Severity::warning ? Severity::warning
                                                                   : Severity::info;
@@ -730,110 +700,21 @@ Schema check_params() {
                    "Limit for programs without an end; the run ends there, with a message."))};
 }
 
-Result<CheckedProgram> check_program(CommandContext& ctx, const Map& args,
-                                     const InItsPlace* instead) {
-  const AnyId id = ref(args, "id");
-  const auto places = places_of(ctx.snapshot(), id);
-  CheckedProgram out;
-  task::TaskRun run;
-  std::size_t checked = 0;
-  const bool frees = text_of(args, "unbound") == "free";
-  if (places.empty() && has(args, "robot")) {
-    task::ProgramInWorld one;
-    RMP_TRY_ASSIGN(one.code, compile_program(ctx, id));
-    RMP_TRY(alone(ctx, args, id, out, one.placement.name));
-    one.frees_unbound = frees;
-    put_in_place(instead, one, *out.snapshot->get(out.world));
-    out.code = one.code, out.name = one.placement.name;
-    run.programs.push_back(std::move(one));
-  } else {
-    if (places.empty())
-      return error(ErrorCode::invalid_argument, "no world has this program",
-                   "Give robot to run it alone, or place it with world.add_program.",
-                   name_in(ctx, id));
-    if (has(args, "robot"))
-      return error(ErrorCode::invalid_argument, "the program already has a world",
-                   "Leave robot out; program.bind{kind = \"robot\"} changes it.", "robot");
-    RMP_TRY_ASSIGN(const ProgramPlace place, place_of(ctx, args));
-    out.world = place.world, out.name = place.placed->name;
-    // A snapshot is a value that shares its records.
-    out.snapshot = std::make_shared<const document::Snapshot>(ctx.snapshot());
-    for (const ProgramPlace& other : programs_of(ctx.snapshot(), place.world)) {
-      const bool is_own = other.at == place.at;
-      if (!is_own && flag(args, "alone")) continue;
-      task::ProgramInWorld one;
-      RMP_TRY_ASSIGN(one.code, compile_program(ctx, other.placed->program, &other));
-      one.placement = *other.placed;
-      one.frees_unbound = frees;
-      if (is_own) put_in_place(instead, one, *ctx.snapshot().get(place.world));
-      if (is_own) checked = run.programs.size(), out.code = one.code;
-      run.programs.push_back(std::move(one));
-    }
-  }
-  run.world = out.world;
-  run.has_tasks = !flag(args, "alone");
-  run.sample_time = real(args, "sample_time");
-  run.most_time = real(args, "most_time");
-  if (has(args, "duration")) run.most_time = std::min(run.most_time, real(args, "duration"));
-  program_check::Options& options = out.options;
-  options.clearance = real(args, "clearance");
-  options.condition = real(args, "condition");
-  options.contacts = flag(args, "contacts");
-  options.torques = flag(args, "torques");
-  if (has(args, "profile")) {
-    const model::Record* r = ctx.snapshot().find(ref(args, "profile"));
-    const auto& c = std::get<model::OtherContent>(r->body).as<model::Controller>();
-    // Of a robot on a rail the profile counts the joints of the arm.
-    const sim::Simulator looks{ctx.app.registry, ctx.app.derived, *out.snapshot,
-                               &ctx.app.collision_models};
-    auto lead = task::target_places(looks, out.world, run.programs[checked], {}, ctx.progress);
-    if (!lead.ok() && lead.error().code == ErrorCode::cancelled) return std::move(lead).error();
-    options.controller = r->name;
-    options.most_speed = c.max_speed * 1000;
-    options.most_speed_orientation = c.max_speed_ori * program_source::kDegreesPerRadian;
-    for (const model::PlacedRobot& placed : out.snapshot->get(out.world)->robots) {
-      ControllerProfile profile;
-      profile.name = r->name;
-      profile.record = c;
-      RMP_TRY(profile.fill());
-      auto maker = robotics::MakerAxes::of(*out.snapshot->get(placed.robot));
-      if (!maker.ok()) return std::move(maker).error().in("robot " + text::quote(placed.name));
-      // What is wrong with bindings is the run's to say.
-      std::vector<robotics::RailJoint> rail;
-      if (lead.ok() && lead->robot == placed.name) {
-        rail.resize(lead->rail);
-        for (const task::AdditionalJoint& a : lead->additional)
-          if (a.rail >= 0) rail[static_cast<std::size_t>(a.rail)] = {a.number, a.is_rotary};
-      }
-      // program.post tells contradictions.
-      RMP_TRY(profile.use(std::move(*maker), placed.name, rail));
-      for (const PostAxis& a : profile.axes) {
-        const bool has_limits = std::any_of(c.axes.begin(), c.axes.end(), [&](const auto& own) {
-          return own.name == a.name && own.lower < own.upper;
-        });
-        auto joint = static_cast<std::size_t>(std::max(0, a.joint)) + rail.size();
-        if (!is_of_robot(a))
-          for (std::size_t k = 0; k < rail.size(); ++k)
-            if (rail[k].number == static_cast<std::size_t>(std::max(0, a.joint)) + 1) joint = k;
-        const bool is_there = is_of_robot(a) || joint < rail.size();
-        if (!has_limits || !is_there || a.joint < 0) continue;
-        program_check::AxisLimit limit{
-            placed.name, std::string(a.name), joint, {}, a.offset, a.lower, a.upper};
-        limit.factors.emplace_back(limit.joint, a.sign);
-        for (std::size_t k = 0; k < a.coupled.size(); ++k)
-          if (a.coupled[k] != 0) limit.factors.emplace_back(k + rail.size(), a.coupled[k]);
-        options.axes.push_back(std::move(limit));
-      }
-    }
-  }
-  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, *out.snapshot,
-                                 &ctx.app.collision_models};
-  auto done = program_check::check(simulator, std::move(run), checked, options, ctx.progress);
-  if (!done.ok()) return named_once(std::move(done).error(), name_in(ctx, id));
-  out.check = std::move(*done);
-  if (flag(args, "alone"))
-    out.check.not_checked.emplace_back(
-        "Other programs and tasks of the world did not run beside it.");
+program_check::CheckTask check_task(const Map& args) {
+  program_check::CheckTask out;
+  out.program = ref(args, "id");
+  out.place = place_wish(args);
+  out.robot = typed<model::Robot>(args, "robot");
+  out.profile = ref(args, "profile");
+  out.alone = flag(args, "alone");
+  out.frees_unbound = text_of(args, "unbound") == "free";
+  out.contacts = flag(args, "contacts");
+  out.torques = flag(args, "torques");
+  out.clearance = real(args, "clearance");
+  out.condition = real(args, "condition");
+  out.sample_time = real(args, "sample_time");
+  out.most_time = real(args, "most_time");
+  if (has(args, "duration")) out.most_time = std::min(out.most_time, real(args, "duration"));
   return out;
 }
 

@@ -3,182 +3,23 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
-#include <optional>
-#include <tuple>
-
-#include <robomosp/sdk/post_axes.h>
-#include <robomosp/sdk/post_writer.h>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/program/compiled.h"
-#include "ioci/program/post_cell.h"
-#include "ioci/program/post_profile.h"
-#include "ioci/program/program_files.h"
-#include "ioci/program/read_back.h"
+#include "ioci/program/in_world.h"
+#include "ioci/program/post_form.h"
 #include "ioci/program/rows.h"
-#include "model/program_kinds.h"
-#include "program_post/comparison.h"
-#include "program_post/part_of_robot.h"
+#include "ioci/program/workshop.h"
+#include "program_post/compare_targets.h"
 #include "program_source/source_text.h"
 
 namespace robomosp::ioci {
 namespace {
 
 namespace comparison = program_post::comparison;
-using comparison::Comparison, comparison::Difference, comparison::Line, comparison::Reached,
-    comparison::Side, comparison::SideFault, comparison::input_named;
-
-/// What was posted for a target, and how its controller counts the robot's axes.
-struct PostedSide {
-  Side side;
-  ProviderInfo info;
-  std::shared_ptr<ControllerProfile> axes;
-};
-
-/// Runs through what an independent reader makes of the files.
-Result<void> read_back(CommandContext& ctx, const rmp_code& program, const PostCell& cell,
-                       const program::TraceOptions& options, PostedSide& posted) {
-  Side& side = posted.side;
-  RMP_TRY_ASSIGN(const ReadBack read,
-                 read_posted(ctx, side.files, posted.axes ? &posted.axes->record : nullptr));
-  side.not_read = read.not_read;
-  // What it could not say is told; all the rest is compared.
-  for (const ReadBack::Unread& u : read.not_said) {
-    SideFault told{"error", "", u.message, "", 0};
-    if (const auto at = side.source_of.find({u.file, u.line}); at != side.source_of.end())
-      std::tie(told.file, told.line) = at->second;
-    side.not_said.push_back(std::move(told));
-  }
-  if (!read.program) return {};
-  auto traced = program::trace(
-      read.program, comparison::inputs_of(program, options, read.program->code()), &ctx.progress);
-  if (!traced.ok()) {
-    if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
-    side.not_read = "as reader " + read.reader +
-                    " has it, it cannot be run through: " + traced.error().sentence();
-    return {};
-  }
-  side.reader = read.reader;
-  std::vector<PostAxis> externals;
-  comparison::Carried carried;
-  if (cell.carrier) {
-    carried.carrier = &*cell.carrier;
-    carried.is_controllers = true;
-    carried.has_no_additional = cell_number(read.program->code(), "R_NADDJ", 1) == 0;
-    RMP_TRY_ASSIGN(const auto kind, rail_kind(posted.info, side.capabilities, posted.axes->view));
-    carried.is_on_carriage = cell.is_on_rail() && kind != program_post::RailKind::base;
-    for (const PostAxis& a : posted.axes->axes)
-      if (a.external && a.of_robot == 0 && a.joint >= 0) externals.push_back(a);
-    carried.axes = externals;
-  }
-  side.reached = comparison::reached(*traced, {}, carried);
-  if (counts_maker_axes(read.program->code()) && posted.axes)
-    for (Reached& r : side.reached) {
-      if (!r.is_joints || r.joints.empty()) continue;
-      const auto& axes = posted.axes->view.axes;
-      std::size_t count = r.joints.size();
-      for (const PostAxis& a : axes)
-        if (is_of_robot(a) && a.joint >= 0)
-          count = std::max(count, static_cast<std::size_t>(a.joint) + 1);
-      const auto q = joints_from_axes(axes, r.joints, std::vector<double>(count, 0.0), nullptr);
-      if (!q) continue;
-      r.joints = *q;
-      for (std::size_t j = 0; j < q->size(); ++j)
-        for (const PostAxis& a : axes)
-          if (a.joint == static_cast<std::int32_t>(j))
-            r.joints[j] = (*q)[j] * axis_scale(a, nullptr);
-    }
-  side.bits = comparison::deeds(*traced, false);
-  side.whole = comparison::deeds(*traced, true);
-  return {};
-}
-
-std::vector<std::string> split_lines(const std::string& text) {
-  std::vector<std::string> out;
-  for (std::string_view line : text::split(text, '\n')) {
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    out.emplace_back(line);
-  }
-  while (!out.empty() && out.back().empty()) out.pop_back();
-  return out;
-}
-
-Result<PostedSide> post_side(CommandContext& ctx, const Map& args, const PostCell& cell,
-                             const std::shared_ptr<const CompiledProgram>& program,
-                             const std::string& symbol, const std::string& asked) {
-  PostedSide posted;
-  Side& out = posted.side;
-  Map post{{"id", *args.find("id")}, {"check", true}, {"source_map", true}};
-  if (const auto profile = ctx.snapshot().find(controller_kind(), asked)) {
-    post.set("profile", Application::handle(*profile));
-    out.profile = asked;
-  } else {
-    post.set("target", Value(asked));
-  }
-  for (const char* each : {"robot", "world", "name_there", "form", "inputs"})
-    if (has(args, each)) post.set(each, *args.find(each));
-  posted.axes = std::make_shared<ControllerProfile>();
-  if (const auto profile = ctx.snapshot().find(controller_kind(), asked)) {
-    const model::Record* r = ctx.snapshot().find(*profile);
-    posted.axes->name = r->name;
-    posted.axes->record = std::get<model::OtherContent>(r->body).as<model::Controller>();
-  }
-  RMP_TRY(posted.axes->fill());
-  if (cell.is_placed) {
-    // Each side owns the names of its axes.
-    RMP_TRY_ASSIGN(PostCell own, post_cell(ctx, args, program, symbol));
-    RMP_TRY(
-        posted.axes->use(std::move(own.maker), own.robot_name, own.rail));  // the post reports it
-  } else if (has(args, "robot")) {
-    RMP_TRY_ASSIGN(auto maker, robotics::MakerAxes::of(content<model::Robot>(ctx, args, "robot")));
-    RMP_TRY(posted.axes->use(std::move(maker), name_in(ctx, ref(args, "robot")),
-                             cell.rail));  // the post reports it
-  }
-  RMP_TRY_ASSIGN(const Value found, ctx.dispatch("program.post", post));
-  const Map& map = *found.as_map();
-  out.target = *map.find("target")->as_string();
-  out.label = out.profile.empty() ? out.target : out.profile;
-  out.form = *map.find("form")->as_string();
-  out.is_correct = *map.find("correct")->as_bool();
-  RMP_TRY_ASSIGN(const auto made, ctx.app.registry.create<Post>(out.target));
-  out.capabilities = made->capabilities();
-  RMP_TRY_ASSIGN(posted.info, ctx.app.registry.find(Post::kInterfaceId, out.target));
-  if (cell.carrier) {
-    RMP_TRY_ASSIGN(const auto kind, rail_kind(posted.info, out.capabilities, posted.axes->view));
-    if (kind != program_post::RailKind::none) carry_axes(*posted.axes, cell);
-  }
-  out.title = std::string(out.capabilities.title);
-  for (const Value& each : *map.find("faults")->as_list()) {
-    const Map& f = *each.as_map();
-    out.faults.push_back({*f.find("severity")->as_string(), *f.find("file")->as_string(),
-                          *f.find("message")->as_string(), *f.find("hint")->as_string(),
-                          static_cast<std::uint32_t>(*f.find("line")->as_int())});
-  }
-  for (const Value& each : *map.find("files")->as_list()) {
-    const Map& f = *each.as_map();
-    out.files.emplace_back(*f.find("name")->as_string(), *f.find("text")->as_string());
-  }
-  out.units = comparison::units_of(out.target);
-  auto& source = out.source_of;
-  for (const Value& each : *map.find("source_map")->as_list()) {
-    const Map& l = *each.as_map();
-    source[{*l.find("file")->as_string(), static_cast<std::size_t>(*l.find("line")->as_int())}] = {
-        *l.find("source")->as_string(),
-        static_cast<std::uint32_t>(*l.find("source_line")->as_int())};
-  }
-  for (const auto& [name, text] : out.files) {
-    const std::vector<std::string> lines = split_lines(text);
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      const auto at = source.find({name, i + 1});
-      const auto key =
-          at == source.end() ? std::pair<std::string, std::uint32_t>{"", 0} : at->second;
-      out.lines[key].push_back({name, i + 1, lines[i]});
-    }
-  }
-  return posted;
-}
+using comparison::Comparison, comparison::Difference, comparison::Line, comparison::Side,
+    comparison::SideFault, comparison::input_named;
 
 /// Values of inputs, of those that the program has, each of its type.
 Result<std::map<std::string, program::SignalValue>> input_values(const rmp_code& code,
@@ -227,45 +68,6 @@ Result<std::map<std::string, program::SignalValue>> input_values(const rmp_code&
   return out;
 }
 
-Result<Comparison> compared(CommandContext& ctx, const Map& args,
-                            const std::vector<std::string>& targets) {
-  Comparison out;
-  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
-  const model::Program& p = program_of(ctx, args);
-  for (std::size_t i = 0; i < p.files.size(); ++i)
-    out.source.emplace_back(p.files[i].name, p.files[i].lines);
-  program::TraceOptions options;
-  if (const Value* given = args.find("inputs"); given && given->as_map()) {
-    RMP_TRY_ASSIGN(options.inputs, input_values(made.code(), *given->as_map()));
-  }
-  const auto moved = program_post::robots_that_move(made.code());
-  const std::string symbol = moved.size() == 1 ? moved.front() : std::string();
-  RMP_TRY_ASSIGN(const PostCell cell, post_cell(ctx, args, made.program, symbol));
-  comparison::Carried carried;
-  if (cell.carrier) {
-    carried.carrier = &*cell.carrier;
-    carried.has_no_additional = cell.carrier->has_no_additional;
-  }
-  auto traced = program::trace(made.program, options, &ctx.progress);
-  if (traced.ok())
-    out.reached = comparison::reached(*traced, cell.places, carried),
-    out.bits = comparison::deeds(*traced, false), out.whole = comparison::deeds(*traced, true);
-  else if (traced.error().code == ErrorCode::cancelled) return std::move(traced).error();
-  else out.not_traced = traced.error().sentence();
-  for (const std::string& each : targets) {
-    RMP_TRY_ASSIGN(PostedSide posted, post_side(ctx, args, cell, made.program, symbol, each));
-    Side& side = posted.side;
-    if (side.is_correct && !side.files.empty()) {
-      RMP_TRY(read_back(ctx, made.code(), cell, options, posted));
-    } else if (!side.is_correct) {
-      side.not_read = "it cannot be posted";
-    }
-    out.sides.push_back(std::move(side));
-  }
-  comparison::compare(out);
-  return out;
-}
-
 Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
   std::vector<std::string> targets;
   for (const Value& each : *args.find("targets")->as_list()) {
@@ -290,7 +92,17 @@ Result<Value> compare_targets(CommandContext& ctx, const Map& args) {
     return error(ErrorCode::invalid_argument,
                  text::quote(file) + " is neither a .html, .md nor .txt file",
                  "Give one of these extensions.", "file");
-  RMP_TRY_ASSIGN(const Comparison c, compared(ctx, args, targets));
+  RMP_TRY_ASSIGN(const Compiled made, compile_whole(ctx, args));
+  program_post::PostRequest request;
+  request.program = ref(args, "id");
+  request.place = place_wish(args);
+  request.robot = typed<model::Robot>(args, "robot");
+  request.form = form_of(args);
+  if (const Value* given = args.find("inputs"); given && given->as_map()) {
+    RMP_TRY_ASSIGN(request.flattening.inputs, input_values(made.code(), *given->as_map()));
+  }
+  RMP_TRY_ASSIGN(const Comparison c,
+                 comparison::compare_targets(workshop_of(ctx), request, made, targets));
   std::string title = ctx.snapshot().find(ref(args, "id"))->name + ":";
   for (const Side& s : c.sides) title += (&s == &c.sides.front() ? " " : ", ") + s.label;
   const std::string text = comparison::as_text(c, static_cast<std::size_t>(integer(args, "width")));

@@ -2,29 +2,16 @@
 // A compiled program, for commands (layer: application).
 #pragma once
 
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <robomosp/sdk/language.h>
-
 #include "ioci/core/commands.h"
-#include "ioci/program/program_place.h"
+#include "program_source/compile.h"
 
 namespace robomosp::ioci {
 
-struct Compiled {
-  std::vector<std::string> texts;  ///< of its files
-  std::shared_ptr<CompiledProgram> program;
-  [[nodiscard]] const rmp_code& code() const { return program->code(); }
-};
+using program_source::Compiled;
 
 /// Compiles the program of a checked `id`; the first error of its source is the command's, with its
-/// place. Points and numbers that follow a world are those of `place`, or of the place selected by
-/// the arguments `world` and `name_there`, or of the only one. `text` replaces the content of the
-/// program's file, the first.
-Result<Compiled> compile_whole(CommandContext& ctx, const Map& args,
-                               const ProgramPlace* place = nullptr,
-                               const std::string* text = nullptr);
+/// place. Points and numbers that follow a world are those of the place selected by the arguments
+/// `world` and `name_there`, or of the only one.
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args);
 
 }  // namespace robomosp::ioci

@@ -9,15 +9,14 @@
 #include <utility>
 
 #include <robomosp/sdk/language.h>
-#include <robomosp/sdk/post_writer.h>
 #include <robomosp/sdk/reader_offers.h>
 
 #include "io/native.h"
-#include "ioci/program/program_faults.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
 #include "kernel/letters.h"
 #include "motion/provider_params.h"
+#include "program_source/text_faults.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -355,72 +354,12 @@ Result<std::optional<std::string>> source_beside(CommandContext& ctx,
   return std::optional<std::string>();
 }
 
-Map reader_settings(const ProviderInfo& reader, const model::Controller& c) {
-  Map out;
-  for (const ParamSpec& p : reader.schema) {
-    if (p.name == "pulses") {
-      List all;
-      for (const bool is_external : {false, true})
-        for (const model::ControllerAxis& a : c.axes)
-          if (a.is_external == is_external) all.emplace_back(a.pulses);
-      if (!all.empty()) out.set(p.name, Value(std::move(all)));
-    }
-    for (const model::ControllerOption& o : c.options) {
-      if (o.name != p.name) continue;
-      // Options are in mm, mm/s, degrees and degrees/s.
-      const char* unit = p.unit == "m"       ? " mm"
-                         : p.unit == "m/s"   ? " mm/s"
-                         : p.unit == "rad/s" ? " deg/s"
-                                             : " deg";
-      out.set(p.name, p.unit.empty() ? o.value : o.value + unit);
-    }
-  }
-  return out;
-}
-ForeignFile places_file(std::string_view reader, const model::Controller& c) {
-  // X, Y, Z [mm] and the angles about the fixed axes x, y and z [degrees].
-  const auto numbers = [](const model::ControllerPlace& place) {
-    const post::Placed at =
-        post::placed(model::pose(place.placement), post::Orientation::fixed_xyz);
-    std::array<std::string, 6> out;
-    for (std::size_t i = 0; i < 6; ++i) out[i] = post::trimmed(i < 3 ? at.mm[i] : at.ori[i - 3], 9);
-    return out;
-  };
-  if (reader == "inform") {
-    std::string out;
-    for (const model::ControllerPlace& t : c.tools) {
-      if (t.number < 0) continue;
-      const auto n = numbers(t);
-      out += "//TOOL " + std::to_string(t.number) + "\n///NAME " + t.name + "\n";
-      for (std::size_t i = 0; i < 6; ++i) out += (i ? "," : "") + n[i];
-      out += "\n";
-    }
-    return {"TOOL.CND", std::move(out)};
-  }
-  if (reader != "tp") return {};
-  std::string out;
-  const auto add = [&](const char* variable, const std::vector<model::ControllerPlace>& places) {
-    std::string all;
-    for (const model::ControllerPlace& p : places) {
-      if (p.number < 1) continue;
-      const auto n = numbers(p);
-      all += "  [1," + std::to_string(p.number) + "] =\n  Group: 1\n  X: " + n[0] + " Y: " + n[1] +
-             " Z: " + n[2] + "\n  W: " + n[3] + " P: " + n[4] + " R: " + n[5] + "\n";
-    }
-    if (!all.empty())
-      out += std::string("[*SYSTEM*]") + variable + "  Storage: CMOS  Access: RW\n" + all;
-  };
-  add("$MNUFRAME", c.frames);
-  add("$MNUTOOL", c.tools);
-  return {"SYSFRAME.VA", std::move(out)};
-}
-
 Result<Foreign> read_foreign(CommandContext& ctx, const std::filesystem::path& path,
                              const std::string& name, const Map& args) {
   Map settings;
   RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(ProgramReader::kInterfaceId, name));
   if (has(args, "profile"))
-    settings = reader_settings(
+    settings = program_source::reader_settings(
         info, std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
                   .as<model::Controller>());
   if (const Value* given = args.find("settings"); given && given->as_map())
@@ -514,7 +453,7 @@ Result<Value> read(CommandContext& ctx, const Map& args) {
     files.emplace_back(Map{{"name", std::string(f.name)}, {"text", std::string(f.text)}});
   for (const ForeignFile& f : made.files) read_files.emplace_back(f.name);
   std::int64_t errors = 0, warnings = 0;
-  FaultyText in;
+  program_source::FaultyText in;
   in.provider = made.reader;
   in.interface_id = ProgramReader::kInterfaceId;
   for (const rmp_code_fault& f : made.program->faults()) {

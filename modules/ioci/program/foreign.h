@@ -11,8 +11,7 @@
 #include <robomosp/sdk/program_reader.h>
 
 #include "ioci/core/commands.h"
-#include "kernel/registry.h"
-#include "model/controller.h"
+#include "program_source/reader_settings.h"
 
 namespace robomosp::ioci {
 
@@ -27,17 +26,8 @@ Result<std::string> reader_of(CommandContext&, const std::filesystem::path&,
 /// Text of a file beside a program. Nothing, and a warning, if it cannot be read: the program is
 /// read without it. Errors: cancelled.
 Result<std::optional<std::string>> source_beside(CommandContext&, const std::filesystem::path&);
-/// Parameters of a reader from a controller's record: pulses of its axes, and options of the same
-/// name.
-[[nodiscard]] Map reader_settings(const ProviderInfo& reader, const model::Controller&);
+using program_source::ForeignFile;
 
-struct ForeignFile {
-  std::string name, text;
-};
-/// Tools and frames of a controller by number, as the file of its backup that a reader reads:
-/// TOOL.CND for `inform`, SYSFRAME.VA for `tp`. Its text is empty for other readers, and without
-/// numbered tools and frames.
-[[nodiscard]] ForeignFile places_file(std::string_view reader, const model::Controller&);
 struct Foreign {
   std::string reader;
   std::vector<ForeignFile> files;  ///< as they were read

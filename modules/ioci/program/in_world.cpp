@@ -11,10 +11,10 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/record_params.h"
 #include "ioci/program/alone_inputs.h"
-#include "ioci/program/points.h"
 #include "ioci/program/run_files.h"
+#include "ioci/program/workshop.h"
 #include "ioci/world/members.h"
-#include "model/program_kinds.h"
+#include "program_source/bound_values.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -155,7 +155,7 @@ Result<Value> bind(CommandContext& ctx, const Map& args) {
                   [](const ProgramBinding& old) { return old.kind != BindingKind::robot; });
     RMP_TRY_ASSIGN(const auto plain, compile_program(ctx, id, &tried));
     trial.bindings.push_back(b);
-    auto found = bound_values(ctx, tried, plain->code());
+    auto found = program_source::bound_values(workshop_of(ctx), tried, plain->code());
     if (!found.ok()) return std::move(found).error();
     RMP_TRY(compile_program(ctx, id, &tried));
   }
@@ -210,7 +210,7 @@ Result<Value> set_profile(CommandContext& ctx, const Map& args) {
   return Value();
 }
 Result<Value> profile(CommandContext& ctx, const Map& args) {
-  return Value(program_in(ctx.snapshot(), ref(args, "id"))->target_profile);
+  return Value(program_source::program_in(ctx.snapshot(), ref(args, "id"))->target_profile);
 }
 
 std::string with_cell(const char* rest) {
@@ -232,16 +232,17 @@ std::string with_cell(const char* rest) {
 
 }  // namespace
 
+program_source::PlaceWish place_wish(const Map& args) {
+  program_source::PlaceWish out;
+  out.world = typed<model::World>(args, "world");
+  if (has(args, "name_there")) out.name = text_of(args, "name_there");
+  return out;
+}
+
 ParamSpec values_field() {
   return optional("values", "map", "",
                   "Values of variables of the program, assigned after its declarations and before "
                   "its first statement: numbers, true and false, or expressions of the language.");
-}
-
-const Program* program_in(const document::Snapshot& snapshot, AnyId id) {
-  const model::Record* r = snapshot.find(id);
-  if (!r || id.kind != program_kind()) return nullptr;
-  return &std::get<model::OtherContent>(r->body).as<Program>();
 }
 
 Map binding_value(const ProgramBinding& b) {
@@ -261,49 +262,13 @@ Map binding_value(const ProgramBinding& b) {
              {"expression", b.expression}};
 }
 
-std::string describe(const document::Snapshot& snapshot, const ProgramPlace& p) {
-  return text::quote(p.placed->name) + " in " + snapshot.describe(AnyId(p.world));
-}
-
-std::vector<ProgramPlace> programs_of(const document::Snapshot& snapshot, WorldId world) {
-  std::vector<ProgramPlace> out;
-  const model::World* w = snapshot.get(world);
-  for (std::size_t i = 0; w && i < w->programs.size(); ++i)
-    out.push_back({world, i, &w->programs[i]});
-  return out;
-}
-
 std::vector<ProgramPlace> places_of(const document::Snapshot& snapshot, AnyId program,
                                     const Map& args) {
-  std::vector<ProgramPlace> out;
-  for (const AnyId user : snapshot.referrers(program)) {
-    if (user.kind != Kind::world || (has(args, "world") && !(user == ref(args, "world")))) continue;
-    for (const ProgramPlace& p : programs_of(snapshot, WorldId{user.number}))
-      if (p.placed->program == program &&
-          (!has(args, "name_there") || p.placed->name == text_of(args, "name_there")))
-        out.push_back(p);
-  }
-  return out;
+  return program_source::places_of(snapshot, program, place_wish(args));
 }
 
 Result<ProgramPlace> place_of(CommandContext& ctx, const Map& args) {
-  const AnyId id = ref(args, "id");
-  const auto fit = places_of(ctx.snapshot(), id, args);
-  if (fit.size() == 1) return fit.front();
-  std::vector<std::string> known;
-  for (const ProgramPlace& p : fit.empty() ? places_of(ctx.snapshot(), id) : fit)
-    known.push_back(describe(ctx.snapshot(), p));
-  const std::string where = name_in(ctx, id);
-  if (known.empty())
-    return error(ErrorCode::not_found, "no world has this program",
-                 "Add it to one with world.add_program.", where);
-  if (fit.empty())
-    return error(ErrorCode::not_found, "the program has no such placement in a world",
-                 "It is there as " + text::enumerate(known) + ".", where);
-  return error(ErrorCode::invalid_argument,
-               "the program is in worlds " + std::to_string(fit.size()) + " times",
-               "Give world or name_there, or both: it is there as " + text::enumerate(known) + ".",
-               where);
+  return program_source::place_of(ctx.snapshot(), ref(args, "id"), place_wish(args));
 }
 
 Result<std::vector<program::Preset>> read_presets(const Value* given, std::string_view path) {
@@ -327,11 +292,6 @@ Result<std::vector<program::Preset>> read_presets(const Value* given, std::strin
     out.emplace_back(name, std::move(text));
   }
   return out;
-}
-
-Error named_once(Error e, const std::string& where) {
-  if (e.where == where || e.where.starts_with(where + ",")) return e;
-  return std::move(e).in(where);
 }
 
 namespace {

@@ -15,20 +15,21 @@
 #include "ioci/program/compiled.h"
 #include "ioci/program/foreign.h"
 #include "ioci/program/in_world.h"
-#include "ioci/program/points.h"
-#include "ioci/program/program_faults.h"
 #include "ioci/program/program_files.h"
+#include "ioci/program/workshop.h"
 #include "kernel/file_root.h"
 #include "model/declare.h"
 #include "model/program.h"
 #include "model/program_kinds.h"
 #include "motion/provider_params.h"
+#include "program_source/text_faults.h"
 
 namespace robomosp::ioci {
 namespace {
 
 using model::Program;
 using model::ProgramFile;
+using program_source::FaultyText, program_source::source_faults, program_source::text_fault;
 
 ProgramFile* find_file(Program& p, std::string_view name) {
   const auto it = std::find_if(p.files.begin(), p.files.end(),
@@ -48,101 +49,16 @@ std::vector<std::string> file_names(const Program& p) {
   return out;
 }
 
-/// What the program's variables begin with, as its bindings say; none where they say nothing.
-Result<std::vector<BoundValue>> values_of(CommandContext& ctx,
-                                          const std::vector<ProgramPlace>& places,
-                                          const rmp_code& plain) {
-  std::vector<BoundValue> out;
-  std::optional<ProgramPlace> first;
-  for (const ProgramPlace& x : places) {
-    if (!gives_values(*x.placed)) continue;
-    RMP_TRY_ASSIGN(auto values, bound_values(ctx, x, plain));
-    if (!first) {
-      first = x, out = std::move(values);
-    } else if (values != out) {
-      return error(ErrorCode::invalid_argument,
-                   "the points of the program differ as " + describe(ctx.snapshot(), *first) +
-                       " and as " + describe(ctx.snapshot(), x),
-                   "Give world or name_there, or remove the program from all placements but one.");
-    }
-  }
-  return out;
-}
-
-Result<Compiled> compile(CommandContext& ctx, const Map& args, const ProgramPlace* place = nullptr,
-                         const std::string* text = nullptr) {
-  const Program& p = program_of(ctx, args);
-  const std::string where = name_in(ctx, ref(args, "id"));
-  if (p.files.empty())
-    return error(ErrorCode::invalid_argument, "it has no source", "Set it with program.set_file.",
-                 where);
-  RMP_TRY_ASSIGN(const ProviderInfo info,
-                 ctx.app.registry.find(Language::kInterfaceId, p.language));
-  RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
-  model::ProviderChoice choice;
-  choice.name = info.name;
-  RMP_TRY_ASSIGN(const auto params,
-                 motion::checked_params(info, choice, "provider " + text::quote(info.name)));
-  Compiled out;
-  for (const ProgramFile& f : p.files) out.texts.push_back(text_of_file(f));
-  if (text) out.texts.front() = *text;
-  std::vector<SourceFile> files;
-  for (std::size_t i = 0; i < p.files.size(); ++i)
-    files.push_back({p.files[i].name, out.texts[i], {}});
-  LanguageTask task;
-  task.files = files;
-  auto made = language->compile(task, *params, ctx.progress);
-  if (!made.ok()) return named_once(std::move(made).error(), where);
-  out.program = std::move(made).value();
-  if (out.code().has_errors) return out;
-  auto found =
-      values_of(ctx, place ? std::vector{*place} : places_of(ctx.snapshot(), ref(args, "id"), args),
-                out.code());
-  if (!found.ok()) return named_once(std::move(found).error(), where);  // bindings know it
-  if (found->empty()) return out;
-  if (!language->extension(kGivenValues))
-    return error(ErrorCode::unsupported,
-                 "the language " + text::quote(info.name) +
-                     " does not support values from outside the program",
-                 "Remove the bindings of points and values: program.unbind.", where);
-  std::vector<GivenValue> values;
-  for (const BoundValue& v : *found) values.push_back({v.name, v.field, v.text, {}});
-  task.values = values;
-  made = language->compile(task, *params, ctx.progress);
-  if (!made.ok()) return named_once(std::move(made).error(), where);
-  out.program = std::move(made).value();
-  return out;
+Result<Compiled> compile(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  return program_source::compile(workshop_of(ctx), id, places_of(ctx.snapshot(), id, args));
 }
 
 }  // namespace
 
-Result<Compiled> compile_whole(CommandContext& ctx, const Map& args, const ProgramPlace* place,
-                               const std::string* text) {
-  RMP_TRY_ASSIGN(Compiled out, compile(ctx, args, place, text));
-  const rmp_code& c = out.code();
-  if (!c.has_errors) return out;
-  std::uint32_t errors = 0;
-  const rmp_code_fault* first = nullptr;
-  for (std::uint32_t i = 0; i < c.faults.count; ++i) {
-    const auto& f = row<rmp_code_fault>(c.faults, i);
-    if (f.severity != RMP_FAULT_ERROR) continue;
-    if (errors++ == 0) first = &f;
-  }
-  std::string hint = first->hint;
-  if (errors > 1)
-    hint += (hint.empty() ? "" : " ") + std::string("program.check lists all ") +
-            std::to_string(errors) + " errors.";
-  const std::string where = name_in(ctx, ref(args, "id"));
-  // Positions in a text that replaces the file are not those of the record.
-  const FaultyText in = text ? FaultyText{.where = where}
-                             : FaultyText{ref(args, "id"), &program_of(ctx, args), where};
-  std::vector<Fault> faults = source_faults(in, c);
-  std::erase_if(faults, [](const Fault& f) { return f.severity != Severity::error; });
-  return with_faults(
-      error(ErrorCode::syntax, first->message, hint,
-            where + ", " + row<rmp_code_file>(c.files, first->span.file).name + ":" +
-                std::to_string(first->span.line) + ":" + std::to_string(first->span.column)),
-      faults);
+Result<Compiled> compile_whole(CommandContext& ctx, const Map& args) {
+  const AnyId id = ref(args, "id");
+  return program_source::compile_whole(workshop_of(ctx), id, places_of(ctx.snapshot(), id, args));
 }
 
 namespace {
@@ -269,7 +185,7 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::string text, told_source(ctx, path.filename().string(), bytes));
   p.files.push_back({path.filename().string(), lines_of(text)});
   // What a source names lies beside it, and may name more.
-  constexpr std::size_t kMostFiles = 100;
+  constexpr std::size_t kMostNamed = 100;
   std::set<std::string> seen{p.files[0].name};
   for (std::size_t i = 0; i < p.files.size(); ++i) {
     const std::string source = text_of_file(p.files[i]);
@@ -285,9 +201,9 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
                               "program");
         continue;
       }
-      if (p.files.size() >= kMostFiles)
+      if (p.files.size() >= kMostNamed)
         return error(ErrorCode::unsupported,
-                     "it names more than " + std::to_string(kMostFiles) + " files", {},
+                     "it names more than " + std::to_string(kMostNamed) + " files", {},
                      path.filename().string());
       RMP_TRY_ASSIGN(const auto more, source_beside(ctx, beside));
       if (more) p.files.push_back({base, lines_of(*more)});
@@ -597,8 +513,7 @@ std::string with_program(const char* rest) {
 
 Result<std::shared_ptr<const CompiledProgram>> compile_program(CommandContext& ctx, AnyId id,
                                                                const ProgramPlace* place) {
-  RMP_TRY_ASSIGN(Compiled made, compile_whole(ctx, Map{{"id", Application::handle(id)}}, place));
-  return std::shared_ptr<const CompiledProgram>(std::move(made.program));
+  return program_source::compile_program(workshop_of(ctx), id, place);
 }
 
 RMP_COMMANDS(program_commands) {

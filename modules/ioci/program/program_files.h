@@ -14,6 +14,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/program/source_bytes.h"
 #include "model/program.h"
+#include "program_source/place.h"
 
 namespace robomosp::ioci {
 
@@ -38,21 +39,8 @@ Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
     ctx.app.messages.post(Severity::warning, "encoding", file + ": " + made->note + ".", "program");
   return std::move(made->text);
 }
-/// Text as lines, of which there is at least one.
-[[nodiscard]] inline std::vector<std::string> lines_of(std::string_view text) {
-  std::vector<std::string> out;
-  for (const std::string_view line : text::split(text, '\n')) out.emplace_back(line);
-  if (out.empty()) out.emplace_back();
-  return out;
-}
-[[nodiscard]] inline std::string text_of_file(const model::ProgramFile& f) {
-  std::string out;
-  for (std::size_t i = 0; i < f.lines.size(); ++i) {
-    if (i) out += '\n';
-    out += f.lines[i];
-  }
-  return out;
-}
+using program_source::lines_of, program_source::text_of_file;
+
 /// A provider of robomosp.language/1; "" is the default one.
 [[nodiscard]] inline Result<std::shared_ptr<Language>> language_of(CommandContext& ctx,
                                                                    const std::string& name) {

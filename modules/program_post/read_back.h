@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Posted files read back by an independent reader, and their run in the world compared with the
-// program's (layer: application, ioci only).
+// program's (layer: application, program_post).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <robomosp/sdk/language.h>
 
-#include "ioci/core/command.h"
 #include "kernel/registry.h"
 #include "model/controller.h"
+#include "program_post/posted.h"
+#include "program_post/robot_cell.h"
+#include "program_source/workshop.h"
 
-namespace robomosp::ioci {
-
-using PostedFiles = std::vector<std::pair<std::string, std::string>>;  ///< names and texts
+namespace robomosp::program_post {
 
 /// Result of reading posted files.
 struct ReadBack {
@@ -37,7 +36,7 @@ struct ReadBack {
 /// best, with the profile's pulses, speeds, tools and figure (nullptr = no profile), and with the
 /// joint speed for 100 % [rad/s] (0 = the reader's own). An error for a reader that cannot be
 /// created, or cancellation; everything else is in `not_read`.
-Result<ReadBack> read_posted(CommandContext&, const PostedFiles&,
+Result<ReadBack> read_posted(const program_source::Workshop&, const PostedFiles&,
                              const model::Controller* profile = nullptr, double joint_speed = 0);
 
 /// A posted program in the world beside the program itself. Angles in degrees, lengths in mm.
@@ -61,13 +60,19 @@ struct RunBeside {
   std::vector<Difference> differences;  ///< the first of each kind and line
 };
 
-/// Runs both in copies of the world selected by `args` (id, world, name_there, robot), without
-/// contacts and torques, and compares the tool's pose in the world and the joints at the ends of
-/// motions, the time, and the signals. Signals are matched by their names in the profile of `args`.
-/// `target` is the post that wrote the files: those in C are compiled and run (run_c.h).
-Result<RunBeside> run_beside(CommandContext&, const Map& args, const PostedFiles&,
-                             const ProviderInfo& target);
+/// Runs both in copies of the selected world, without contacts and torques, and compares the tool's
+/// pose in the world and the joints at the ends of motions, the time, and the signals. Signals are
+/// matched by their names in the profile, a controller's record (number 0 = none). `symbol`: the
+/// ROBOT of the program that was posted, "" = the only one. `target` is the post that wrote the
+/// files: those in C are compiled and run (run_c.h).
+[[nodiscard]] Result<RunBeside> run_beside(const program_source::Workshop&, const CellWish&,
+                                           AnyId profile, const std::string& symbol,
+                                           const PostedFiles&, const ProviderInfo& target);
 /// The result of the comparison, in a sentence.
 [[nodiscard]] std::string beside_sentence(const RunBeside&);
+/// Adds what the comparison found to the faults of the post; `head` is for differences without a
+/// line. Speeds of joints and blends have other units at many controllers, so that other times are
+/// warnings; so are all differences if the reader left a part out.
+void add_beside(const RunBeside&, const rmp_span& head, Posted&);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points and numbers of programs that follow objects, frames and parameters of a world (layer:
-// application, ioci only).
+// application, program_source).
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 #include <robomosp/sdk/language.h>
 
-#include "ioci/core/command.h"
-#include "ioci/program/program_place.h"
+#include "program_source/place.h"
+#include "program_source/workshop.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_source {
 
 /// Initial value of a variable, as for LanguageTask::values.
 struct BoundValue {
@@ -24,7 +24,7 @@ struct BoundValue {
 /// Their current values, in order. `plain` is the program without them, with the types of its
 /// variables. An error names the binding: a missing member, feature, parameter or variable, an
 /// object held by a robot, a dimension that does not fit.
-Result<std::vector<BoundValue>> bound_values(CommandContext&, const ProgramPlace&,
+Result<std::vector<BoundValue>> bound_values(const Workshop&, const ProgramPlace&,
                                              const rmp_code& plain);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_source

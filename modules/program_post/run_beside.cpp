@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/read_back.h"
+#include "program_post/read_back.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,48 +7,24 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include <robomosp/sdk/post_writer.h>
-#include <robomosp/sdk/program_reader.h>
 
-#include "ioci/core/commands.h"
-#include "ioci/program/check_program.h"
-#include "ioci/program/foreign.h"
-#include "ioci/program/in_world.h"
-#include "ioci/program/post_cell.h"
-#include "ioci/program/post_kinematics.h"
-#include "ioci/program/program_files.h"
-#include "ioci/program/rows.h"
-#include "ioci/program/run_c.h"
+#include "kernel/text.h"
 #include "model/controller.h"
-#include "motion/provider_params.h"
+#include "program_check/check_program.h"
 #include "program_post/part_of_robot.h"
+#include "program_post/robot_kinematics.h"
+#include "program_post/robots.h"
+#include "program_post/run_c.h"
 #include "robotics/kinematics.h"
 #include "spatial/pose.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 namespace {
 
-Result<std::shared_ptr<const CompiledProgram>> compile_texts(
-    CommandContext& ctx, const std::vector<std::pair<std::string, std::string>>& texts) {
-  RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(Language::kInterfaceId, "irl"));
-  RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
-  model::ProviderChoice choice;
-  choice.name = info.name;
-  RMP_TRY_ASSIGN(const auto params, motion::checked_params(info, choice, "provider irl"));
-  std::vector<SourceFile> sources;
-  for (const auto& [name, text] : texts) sources.push_back({name, text, {}});
-  LanguageTask task;
-  task.files = sources;
-  RMP_TRY_ASSIGN(auto made, language->compile(task, *params, ctx.progress));
-  const rmp_code& c = made->code();
-  for (std::uint32_t i = 0; i < c.faults.count; ++i) {
-    const auto& f = row_of<rmp_code_fault>(c.faults, i);
-    if (f.severity == RMP_FAULT_ERROR)
-      return error(ErrorCode::invalid_argument, std::string(f.message), f.hint);
-  }
-  return std::shared_ptr<const CompiledProgram>(std::move(made));
-}
+using program_check::CheckedProgram, program_source::Workshop;
 
 /// How a signal is called: its name, and the number and name that the controller's profile gives.
 struct Called {
@@ -61,7 +37,7 @@ struct Called {
 std::vector<Called> signals_of(const rmp_code& code, const model::Controller* profile) {
   std::vector<Called> out;
   for (std::uint32_t i = 0; i < code.symbols.count; ++i) {
-    const auto& s = row_of<rmp_code_symbol>(code.symbols, i);
+    const auto& s = row<rmp_code_symbol>(code.symbols, i);
     if (s.kind != RMP_SYMBOL_INPUT && s.kind != RMP_SYMBOL_OUTPUT) continue;
     Called c{s.name, {}, s.address, s.kind, s.type, s.width, false};
     for (std::size_t k = 0; profile && k < profile->signals.size(); ++k) {
@@ -107,22 +83,22 @@ std::string wire_of(const model::PlacedProgram& placed, const model::World& worl
 /// of the program, from 0.
 struct Externals {
   std::vector<PostAxis> axes;
-  bool is_on_carriage = false;  ///< poses are measured from the carriage of a rail
-  bool is_none = false;         ///< the target has none: the rail stays where it is
-  std::vector<program_post::CarriedAxis> bound;  ///< additional joints of the world
+  bool is_on_carriage = false;     ///< poses are measured from the carriage of a rail
+  bool is_none = false;            ///< the target has none: the rail stays where it is
+  std::vector<CarriedAxis> bound;  ///< additional joints of the world
 };
-Result<Externals> externals_of(CommandContext& ctx, const ProviderInfo& target,
+Result<Externals> externals_of(const Workshop& with, const ProviderInfo& target,
                                const model::Controller* record, PostCell& cell) {
   Externals out;
-  ControllerProfile profile;
+  robotics::ControllerProfile profile;
   if (record) profile.record = *record;
   RMP_TRY(profile.fill());
   if (cell.carrier) {
     out.bound = cell.carrier->axes;
-    RMP_TRY_ASSIGN(const auto post, ctx.app.registry.create<Post>(target.name));
+    RMP_TRY_ASSIGN(const auto post, with.from.registry.create<Post>(target.name));
     RMP_TRY_ASSIGN(const auto kind, rail_kind(target, post->capabilities(), profile.view));
-    out.is_none = kind == program_post::RailKind::none;
-    out.is_on_carriage = cell.is_on_rail() && kind != program_post::RailKind::base;
+    out.is_none = kind == RailKind::none;
+    out.is_on_carriage = cell.is_on_rail() && kind != RailKind::base;
   }
   // The post tells what the profile contradicts.
   if (cell.robot) RMP_TRY(profile.use(std::move(cell.maker), cell.robot_name, cell.rail));
@@ -368,11 +344,10 @@ class Beside {
     std::vector<double> wanted = a.additional;
     // As the joints count; where the controller has none, they are not compared.
     constexpr double kNotThere = std::numeric_limits<double>::quiet_NaN();
-    for (const program_post::CarriedAxis& each : externals_.bound)
+    for (const CarriedAxis& each : externals_.bound)
       if (each.number <= wanted.size())
         wanted[each.number - 1] =
-            externals_.is_none ? kNotThere
-                               : program_post::joint_of(each, wanted[each.number - 1], false);
+            externals_.is_none ? kNotThere : joint_of(each, wanted[each.number - 1], false);
     if (!read_.is_commanded && !externals_.axes.empty()) {
       // As the controller counts its external axes.
       std::vector<double> there;
@@ -452,31 +427,6 @@ class Beside {
   std::set<std::pair<std::string, std::uint32_t>> told_;
 };
 
-/// What the profile says of the controller, as settings of the reader that asks for them.
-Map settings_for(const ProviderInfo& reader, const model::Controller* profile, double joint_speed) {
-  Map out = profile ? reader_settings(reader, *profile) : Map{};
-  const auto asks = [&](std::string_view name) {
-    return std::any_of(reader.schema.begin(), reader.schema.end(),
-                       [&](const auto& f) { return f.name == name; });
-  };
-  if (asks("joint_speed") && joint_speed > 0 && !out.find("joint_speed"))
-    out.set("joint_speed", Value(joint_speed));
-  // Of RAPID the speed that 100 % become where the profile has none.
-  if (reader.name == "rapid") out.set("tcp_speed", Value(5.0));
-  if (asks("c_ptp_mm") && !out.find("c_ptp_mm"))
-    out.set("c_ptp_mm", Value(0.05));  // as the posts have it without an option
-  if (!profile) return out;
-  if (profile->max_speed > 0 && asks("tcp_speed")) out.set("tcp_speed", Value(profile->max_speed));
-  for (const auto& o : profile->options) {
-    if (o.name == "fig_xor" && asks("fig_xor"))
-      if (const auto n = text::read_int(o.value)) out.set("fig_xor", Value(*n));
-    if (o.name == "ptp_radius" && asks("c_ptp_mm"))
-      if (const auto v = text::read_real(o.value); v && *v > 0)
-        out.set("c_ptp_mm", Value(*v / 1000));
-  }
-  return out;
-}
-
 /// The place of a checked program in its world; an empty one where it runs alone.
 model::PlacedProgram placed_of(const CheckedProgram& c) {
   for (const model::PlacedProgram& p : c.snapshot->get(c.world)->programs)
@@ -490,7 +440,7 @@ const recording::Column* signal_column(const recording::Recording& r, const std:
 }
 
 /// A program in C: compiled and run beside the run of the program.
-Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is_pa10,
+Result<void> run_c_beside(const Workshop& shop, const PostedFiles& files, bool is_pa10,
                           const model::Controller* profile, const CheckedProgram& own,
                           const PostCell& cell, const Externals& externals, RunBeside& out) {
   out.reader = is_pa10 ? "the C compiler and a recorder of the PA-10's library"
@@ -506,8 +456,8 @@ Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is
   with.is_pa10 = is_pa10;
   std::unique_ptr<HostKinematics> kinematics;
   if (cell.robot) {
-    RMP_TRY_ASSIGN(auto bound, ctx.app.solvers.ik(ctx.app.registry, cell.robot, cell.ik));
-    kinematics = std::make_unique<HostKinematics>(cell.robot, std::move(bound), ctx.progress);
+    RMP_TRY_ASSIGN(auto bound, shop.bind_ik(cell.robot, cell.ik));
+    kinematics = std::make_unique<HostKinematics>(cell.robot, std::move(bound), shop.progress);
     with.start = cell.start;
     with.start.resize(cell.robot->coordinate_count(), 0.0);
   }
@@ -532,7 +482,7 @@ Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is
     if (c.is_inverted) value = value == 0;
     with.inputs[c.number] = value;
   }
-  RMP_TRY_ASSIGN(const CCommands c, run_c(ctx, files, with));
+  RMP_TRY_ASSIGN(const CCommands c, run_c(files, with, shop.progress));
   if (!c.not_run.empty()) {
     out.not_run = c.not_run;
     return {};
@@ -546,8 +496,8 @@ Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is
     m.motion.additional = e.additional;
     if (cell.is_on_rail()) {
       // Its joints are those of the arm; what it sets besides carries it.
-      const program_post::Carrier& carrier = *cell.carrier;
-      const std::vector<double> chain = program_post::chain_at(carrier, e.additional);
+      const Carrier& carrier = *cell.carrier;
+      const std::vector<double> chain = chain_at(carrier, e.additional);
       m.motion.q_target.insert(m.motion.q_target.begin(), chain.begin(),
                                chain.begin() + static_cast<std::ptrdiff_t>(carrier.rail));
     }
@@ -595,84 +545,19 @@ Result<void> run_c_beside(CommandContext& ctx, const PostedFiles& files, bool is
 
 }  // namespace
 
-Result<ReadBack> read_posted(CommandContext& ctx, const PostedFiles& files,
-                             const model::Controller* profile, double joint_speed) {
-  ReadBack out;
-  if (files.empty()) {
-    out.not_read = "nothing was posted";
-    return out;
-  }
-  const auto& [name, text] = files.front();
-  const auto dot = name.rfind('.');
-  const std::string extension = dot == std::string::npos ? "" : post::lower(name.substr(dot + 1));
-  std::shared_ptr<ProgramReader> best;
-  std::int32_t most = -1;
-  ProviderInfo of;
-  for (const ProviderInfo& info : ctx.app.registry.list(ProgramReader::kInterfaceId)) {
-    if (!info.enabled) continue;
-    RMP_TRY_ASSIGN(auto reader, ctx.app.registry.create<ProgramReader>(info.name));
-    const auto formats = reader->formats();
-    if (std::none_of(formats.begin(), formats.end(),
-                     [&](const ReaderFormat& f) { return extension == f.extension; }))
-      continue;
-    const std::int32_t sure = reader->claims({name, text, {}});
-    if (sure <= most) continue;
-    most = sure, best = std::move(reader), of = info;
-  }
-  if (!best) {
-    out.not_read = "no reader accepts ." + extension;
-    return out;
-  }
-  RMP_TRY_ASSIGN(const auto params,
-                 motion::checked_values(of, settings_for(of, profile, joint_speed),
-                                        "reader " + text::quote(of.name)));
-  // Readers know files by their names, without the folders that a controller has them in.
-  std::vector<std::string> names;
-  for (const auto& [file, bytes] : files) names.push_back(file.substr(file.rfind('/') + 1));
-  std::vector<SourceFile> sources;
-  for (std::size_t i = 0; i < names.size(); ++i) sources.push_back({names[i], files[i].second, {}});
-  // Tools and frames of the controller, as in its backup.
-  const ForeignFile places = profile ? places_file(of.name, *profile) : ForeignFile{};
-  if (!places.text.empty()) sources.push_back({places.name, places.text, {}});
-  ProgramReaderTask task;
-  task.files = sources;
-  auto read = best->read(task, *params, ctx.progress);
-  if (!read.ok()) {
-    if (read.error().code == ErrorCode::cancelled) return std::move(read).error();
-    out.not_read = read.error().sentence();
-    return out;
-  }
-  for (const rmp_code_fault& f : (*read)->faults())
-    if (f.severity == RMP_FAULT_ERROR)
-      out.not_said.push_back({f.span.file < files.size() ? files[f.span.file].first : "",
-                              f.span.line, std::string(f.message)});
-  std::vector<std::pair<std::string, std::string>> texts;
-  for (const ReadFile& f : (*read)->files()) texts.emplace_back(f.name, f.text);
-  auto made = compile_texts(ctx, texts);
-  if (!made.ok()) {
-    if (made.error().code == ErrorCode::cancelled) return std::move(made).error();
-    out.not_read = "what reader " + of.name + " made of it: " +
-                   (out.not_said.empty() ? "" : out.not_said.front().message + "; ") +
-                   made.error().sentence();
-    return out;
-  }
-  out.reader = of.name;
-  out.program = std::move(*made);
-  return out;
-}
-
-Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedFiles& files,
+Result<RunBeside> run_beside(const Workshop& with, const CellWish& wish, AnyId controller,
+                             const std::string& asked_symbol, const PostedFiles& files,
                              const ProviderInfo& target) {
   RunBeside out;
   const model::Controller* profile = nullptr;
-  if (has(args, "profile"))
-    profile = &std::get<model::OtherContent>(ctx.snapshot().find(ref(args, "profile"))->body)
+  if (controller.number != 0)
+    profile = &std::get<model::OtherContent>(with.snapshot().find(controller)->body)
                    .as<model::Controller>();
   // Only what our own posts write is compiled and run.
   const bool is_c = target.shipped && (target.name == "c" || target.name == "pa10");
   ReadBack read;
   if (!is_c) {
-    RMP_TRY_ASSIGN(read, read_posted(ctx, files, profile));
+    RMP_TRY_ASSIGN(read, read_posted(with, files, profile));
   }
   out.reader = read.reader;
   out.not_said = read.not_said.size();
@@ -680,34 +565,33 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
     out.not_run = read.not_read;
     return out;
   }
-  const AnyId id = ref(args, "id");
-  Map asked{{"id", *args.find("id")}, {"alone", false},      {"contacts", false},
-            {"torques", false},       {"clearance", 0.0},    {"condition", 1e12},
-            {"sample_time", 0.02},    {"most_time", 3600.0}, {"unbound", std::string("free")}};
-  for (const char* each : {"world", "name_there"})
-    if (has(args, each)) asked.set(each, *args.find(each));
-  if (has(args, "robot") && places_of(ctx.snapshot(), id).empty())
-    asked.set("robot", *args.find("robot"));
-  RMP_TRY_ASSIGN(const CheckedProgram own, check_program(ctx, asked));
-  std::string symbol = text_of(args, "only_robot");
-  if (const auto moved = program_post::robots_that_move(own.code->code());
-      symbol.empty() && moved.size() == 1)
+  program_check::CheckTask asked;
+  asked.program = wish.program;
+  asked.place = wish.place;
+  if (program_source::places_of(with.snapshot(), wish.program).empty()) asked.robot = wish.robot;
+  asked.frees_unbound = true;
+  asked.contacts = asked.torques = false;
+  asked.clearance = 0;
+  asked.condition = 1e12;
+  RMP_TRY_ASSIGN(const CheckedProgram own, check_program(with, asked));
+  std::string symbol = asked_symbol;
+  if (const auto moved = robots_that_move(own.code->code()); symbol.empty() && moved.size() == 1)
     symbol = moved.front();
-  RMP_TRY_ASSIGN(PostCell cell, post_cell(ctx, args, own.code, symbol));
-  RMP_TRY_ASSIGN(const Externals externals, externals_of(ctx, target, profile, cell));
+  RMP_TRY_ASSIGN(PostCell cell, post_cell(with, wish, own.code, symbol));
+  RMP_TRY_ASSIGN(const Externals externals, externals_of(with, target, profile, cell));
   if (is_c) {
-    RMP_TRY(run_c_beside(ctx, files, target.name == "pa10", profile, own, cell, externals, out));
+    RMP_TRY(run_c_beside(with, files, target.name == "pa10", profile, own, cell, externals, out));
     return out;
   }
   // What 100 % of a joint's speed are is the robot's: that of its slowest one.
   if (const double slowest = slowest_joint(own.check); slowest > 0) {
-    RMP_TRY_ASSIGN(read, read_posted(ctx, files, profile, slowest));
+    RMP_TRY_ASSIGN(read, read_posted(with, files, profile, slowest));
     if (!read.program) {
       out.not_run = read.not_read;
       return out;
     }
   }
-  InItsPlace instead;
+  program_check::InItsPlace instead;
   std::set<std::string> missed;
   instead.code = read.program;
   // CRCL leaves the tool to the robot, whose controlled point it is.
@@ -722,7 +606,7 @@ Result<RunBeside> run_beside(CommandContext& ctx, const Map& args, const PostedF
     for (std::size_t k = 0; k < externals.axes.size(); ++k)
       instead.counted[k + 1] = {externals.axes[k].sign, externals.axes[k].offset};
   }
-  auto again = check_program(ctx, asked, &instead);
+  auto again = check_program(with, asked, &instead);
   if (!again.ok()) {
     if (again.error().code == ErrorCode::cancelled) return std::move(again).error();
     out.not_run =
@@ -755,4 +639,25 @@ std::string beside_sentence(const RunBeside& b) {
   return out;
 }
 
-}  // namespace robomosp::ioci
+void add_beside(const RunBeside& beside, const rmp_span& head, Posted& out) {
+  std::string all = beside_sentence(beside);
+  if (all.ends_with('.')) all.pop_back();
+  // Of machines that hold the tool in one orientation nothing says which.
+  const bool says_orientation = std::none_of(
+      out.faults.begin(), out.faults.end(),
+      [](const PostedFault& f) { return f.message.starts_with("the orientation is not written"); });
+  out.faults.push_back({RMP_FAULT_NOTE, head, std::move(all), {}});
+  for (const RunBeside::Difference& d : beside.differences) {
+    if (d.kind == "orientation" && !says_orientation) continue;
+    const bool is_error = beside.not_said == 0 && d.kind != "configuration" && d.kind != "time" &&
+                          d.kind != "signal" && d.kind != "until";
+    const rmp_span at = d.line > 0 ? rmp_span{d.file, d.line, 1, 0, 0} : head;
+    const auto severity = is_error ? RMP_FAULT_ERROR : RMP_FAULT_WARNING;
+    out.faults.push_back({static_cast<std::uint32_t>(severity),
+                          at,
+                          "the post read back is not what was run: " + d.text,
+                          {}});
+  }
+}
+
+}  // namespace robomosp::program_post

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files in C that are compiled beside a posted program to write down what it commands, in place
-// of ROBOMOSP's client and of the PA-10's library (layer: application, ioci only).
+// of ROBOMOSP's client and of the PA-10's library (layer: application, program_post).
 #pragma once
 
-namespace robomosp::ioci::run_c_files {
+namespace robomosp::program_post::run_c_files {
 
 // Their own includes are split, since they are none of this program.
 
@@ -272,4 +272,4 @@ double rmp_user_input(int number) {
 void rmp_user_additional(int number, double value) { (void)number; (void)value; }
 )";
 
-}  // namespace robomosp::ioci::run_c_files
+}  // namespace robomosp::program_post::run_c_files

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faults of compilers, readers and posts as data (layer: application, ioci only).
+// Faults of compilers, readers and posts as data (layer: application,
+// program_source).
 #pragma once
 
 #include <cstddef>
@@ -11,12 +12,12 @@
 #include <vector>
 
 #include <robomosp/sdk/program_code.h>
+#include <robomosp/sdk/result.h>
 
-#include "ioci/core/commands.h"
 #include "kernel/fault.h"
 #include "model/program.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_source {
 
 /// The text in which a compiler, reader or post found a fault.
 struct FaultyText {
@@ -48,4 +49,4 @@ struct TextFault {
 /// `e` with these faults, of which there is at least one; its text stays.
 [[nodiscard]] Error with_faults(Error e, const std::vector<Fault>& faults);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_source

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/run_c.h"
+#include "program_post/run_c.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@
 
 #include <robomosp/sdk/post_writer.h>
 
-#include "ioci/program/run_c_files.h"
+#include "program_post/run_c_files.h"
 #include "kernel/letters.h"
 #include "kernel/permit.h"
 #include "kernel/process.h"
 #include "kernel/text.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 namespace {
 
 namespace fs = std::filesystem;
@@ -197,7 +197,7 @@ class Listener {
 
 }  // namespace
 
-Result<CCommands> run_c(CommandContext& ctx, const PostedFiles& files, const CInputs& with) {
+Result<CCommands> run_c(const PostedFiles& files, const CInputs& with, Progress& progress) {
   CCommands out;
   if (auto allowed = require(Effect::processes); !allowed.ok()) {
     out.not_run = "its C is compiled and run only for sessions that may start programs: " +
@@ -253,7 +253,7 @@ Result<CCommands> run_c(CommandContext& ctx, const PostedFiles& files, const CIn
     if (complaint.empty() && l.find("error") != std::string_view::npos)
       complaint = std::string(l.substr(0, 300));
   };
-  auto made = run_process(make, ctx.progress);
+  auto made = run_process(make, progress);
   if (!made.ok()) {
     if (made.error().code == ErrorCode::cancelled) return std::move(made).error();
     for (std::size_t at = complaint.find(here + "/"); at != std::string::npos;
@@ -280,7 +280,7 @@ Result<CCommands> run_c(CommandContext& ctx, const PostedFiles& files, const CIn
     }
   }
   run.answer = [&](std::string_view l) { return listener.line(l); };
-  auto done = run_process(run, ctx.progress);
+  auto done = run_process(run, progress);
   if (!done.ok()) {
     if (done.error().code == ErrorCode::cancelled) return std::move(done).error();
     out.not_run = "its C was compiled, and ended before its end: " +
@@ -293,4 +293,4 @@ Result<CCommands> run_c(CommandContext& ctx, const PostedFiles& files, const CIn
   return out;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

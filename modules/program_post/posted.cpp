@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/post_output.h"
+#include "program_post/posted.h"
 
 #include <algorithm>
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 namespace {
 
 /// A hint without the way that was taken already: the flattened program.
@@ -68,4 +68,4 @@ std::size_t Posted::errors() const {
                     [](const PostedFault& f) { return f.severity == RMP_FAULT_ERROR; }));
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/post_cell.h"
+#include "program_post/robot_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,17 +9,18 @@
 #include <robomosp/sdk/post_writer.h>
 #include <robomosp/sdk/program_turns.h>
 
-#include "ioci/core/commands.h"
-#include "ioci/program/in_world.h"
-#include "ioci/robot/robots.h"
+#include "kernel/text.h"
 #include "robotics/grip.h"
 #include "robotics/home.h"
 #include "robotics/rail.h"
+#include "spatial/identity.h"
 #include "spatial/pose.h"
 #include "task/target_places.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 namespace {
+
+using program_source::ProgramPlace, program_source::Workshop;
 
 /// The model with its flange as the only tip.
 std::shared_ptr<const RobotModel> of_flange(const std::shared_ptr<const RobotModel>& model,
@@ -75,7 +76,7 @@ void note_places(PostCell& cell, const rmp_code& code, const task::TargetPlaces&
 
 /// Additional joints that are joints of the world. Of a robot on a rail what is left is the arm.
 void carry(PostCell& cell, const rmp_code& code, const task::TargetPlaces& lead) {
-  program_post::Carrier c;
+  Carrier c;
   c.rail = lead.rail;
   c.start = cell.start;
   c.has_no_additional = cell_number(code, "R_NADDJ", 1) == 0;
@@ -87,7 +88,7 @@ void carry(PostCell& cell, const rmp_code& code, const task::TargetPlaces& lead)
   const auto whole = [](double v) { return std::round(v * 1e9) / 1e9; };
   cell.rail.resize(lead.rail);
   for (const task::AdditionalJoint& a : lead.additional) {
-    program_post::CarriedAxis one;
+    CarriedAxis one;
     one.number = a.number, one.rail = a.rail, one.is_rotary = a.is_rotary;
     one.start = whole(a.start), one.lower = a.lower, one.upper = a.upper;
     if (counts_axes) one.sign = a.maker.sign, one.offset = a.maker.offset;
@@ -110,23 +111,23 @@ void carry(PostCell& cell, const rmp_code& code, const task::TargetPlaces& lead)
 /// The robot alone, as in a run of a program without a world: external axes of the maker that carry
 /// it are additional joints. Nothing = it has none.
 Result<std::optional<task::TargetPlaces>> alone_places(
-    CommandContext& ctx, RobotId record, const std::shared_ptr<const CompiledProgram>& program,
+    const Workshop& with, RobotId record, const std::shared_ptr<const CompiledProgram>& program,
     std::string_view symbol) {
-  const model::Robot& robot = *ctx.snapshot().get(record);
+  const model::Robot& robot = *with.snapshot().get(record);
   if (std::none_of(robot.axes.begin(), robot.axes.end(),
                    [](const model::MakerAxis& a) { return a.external; }))
     return std::optional<task::TargetPlaces>();
-  RMP_TRY_ASSIGN(auto scratch, ctx.app.document.begin("post of a program"));
-  scratch.base_on(std::make_shared<const document::Snapshot>(ctx.snapshot()));
+  RMP_TRY_ASSIGN(auto scratch, with.document.begin("post of a program"));
+  scratch.base_on(std::make_shared<const document::Snapshot>(with.snapshot()));
   model::World world;
   world.robots.push_back({"robot", record, {}, {}, model::BaseKind::fixed, {}});
   RMP_TRY_ASSIGN(const WorldId id, scratch.add(scratch.free_name(Kind::world, "post"), world));
   const document::Snapshot now = scratch.now();
-  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, now, &ctx.app.collision_models};
+  const sim::Simulator simulator = with.simulator_on(now);
   task::ProgramInWorld wanted;
   wanted.code = program;
   wanted.placement.name = program->code().name;
-  RMP_TRY_ASSIGN(auto found, task::target_places(simulator, id, wanted, symbol, ctx.progress));
+  RMP_TRY_ASSIGN(auto found, task::target_places(simulator, id, wanted, symbol, with.progress));
   return std::optional(std::move(found));
 }
 
@@ -135,9 +136,8 @@ constexpr const char* kCarriedBase = "carried_base";
 
 }  // namespace
 
-Result<program_post::RailKind> rail_kind(const ProviderInfo& target, const PostCapabilities& caps,
+Result<RailKind> rail_kind(const ProviderInfo& target, const PostCapabilities& caps,
                                          const PostProfile& profile) {
-  using program_post::RailKind;
   if (caps.external_axes <= 0) return RailKind::none;
   const bool knows =
       std::find(target.tags.begin(), target.tags.end(), kCarriedBase) != target.tags.end();
@@ -154,29 +154,27 @@ Result<program_post::RailKind> rail_kind(const ProviderInfo& target, const PostC
   return knows ? RailKind::base : RailKind::carriage;
 }
 
-void carry_axes(ControllerProfile& profile, const PostCell& cell) {
-  std::vector<ControllerProfile::AdditionalAxis> bound;
+void carry_axes(robotics::ControllerProfile& profile, const PostCell& cell) {
+  std::vector<robotics::ControllerProfile::AdditionalAxis> bound;
   for (std::size_t i = 0; i < cell.carrier->axes.size(); ++i) {
-    const program_post::CarriedAxis& a = cell.carrier->axes[i];
+    const CarriedAxis& a = cell.carrier->axes[i];
     bound.push_back({a.number, !a.is_rotary, cell.axis_counts[i].sign, cell.axis_counts[i].offset,
                      a.lower, a.upper, cell.axis_names[i]});
   }
   profile.carry(bound, cell.carrier->slots);
 }
 
-Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
+Result<PostCell> post_cell(const Workshop& with, const CellWish& wish,
                            std::shared_ptr<const CompiledProgram> program,
                            std::string_view symbol) {
   PostCell out;
-  const AnyId id = ref(args, "id");
-  const document::Snapshot& now = ctx.snapshot();
-  const auto places = places_of(now, id, args);
-  const bool is_asked = has(args, "world") || has(args, "name_there");
-  if (is_asked && places.empty()) {
-    RMP_TRY(place_of(ctx, args));
-  }
+  const AnyId id = wish.program;
+  const document::Snapshot& now = with.snapshot();
+  const auto places = program_source::places_of(now, id, wish.place);
+  const bool is_asked = wish.place.is_given();
+  if (is_asked && places.empty()) RMP_TRY(program_source::place_of(now, id, wish.place));
   const rmp_code& code = program->code();
-  const sim::Simulator simulator{ctx.app.registry, ctx.app.derived, now, &ctx.app.collision_models};
+  const sim::Simulator simulator = with.simulator_on(now);
   std::optional<task::TargetPlaces> lead;
   std::string of;
   for (const ProgramPlace& place : places) {
@@ -184,7 +182,7 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
     wanted.code = program;
     wanted.placement = *place.placed;
     const std::string there = describe(now, place);
-    auto found = task::target_places(simulator, place.world, wanted, symbol, ctx.progress);
+    auto found = task::target_places(simulator, place.world, wanted, symbol, with.progress);
     if (!found.ok()) {
       // Of several robots a post says itself which it takes.
       const bool is_of_several = found.error().code == ErrorCode::not_found;
@@ -196,10 +194,10 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
            found.error().hint});
       continue;
     }
-    if (has(args, "robot") && ref(args, "robot") != AnyId(found->record)) {
+    if (wish.robot.number != 0 && wish.robot != found->record) {
       const std::string words = "in " + there + " the program moves robot " +
                                 text::quote(found->robot) + ", not " +
-                                text::quote(now.find(ref(args, "robot"))->name);
+                                text::quote(now.find(AnyId(wish.robot))->name);
       if (is_asked) return error(ErrorCode::invalid_argument, words, "Leave robot out.", "robot");
       out.remarks.push_back(
           {RMP_FAULT_NOTE, head(code), words + ": its frame and tool there are not written", {}});
@@ -211,7 +209,7 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
       return error(
           ErrorCode::invalid_argument,
           "the program has different robots, frames or tools as " + of + " and as " + there,
-          "Give world or name_there.", name_in(ctx, id));
+          "Give world or name_there.", now.describe(id));
     if (lead) continue;
     lead = std::move(*found);
     of = there;
@@ -220,23 +218,23 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
   if (lead) {
     record = lead->record;
     out.is_placed = true;
-  } else if (has(args, "robot")) {
-    record = typed<model::Robot>(args, "robot");
+  } else if (wish.robot.number != 0) {
+    record = wish.robot;
   } else {
     return out;
   }
   const model::Robot& robot = *now.get(record);
   RMP_TRY_ASSIGN(const auto model,
-                 ctx.app.derived.robot_model(now, record, {0, 0, -9.81}, ctx.progress));
+                 with.from.derived.robot_model(now, record, {0, 0, -9.81}, with.progress));
   const robotics::LinkFrame flange = robotics::flange_frame(robot);
   if (lead) {
-    out.places = {program_post::unless_identity(lead->base_T_frame),
-                  program_post::unless_identity(lead->flange_T_tool)};
+    out.places = {spatial::unless_identity(lead->base_T_frame),
+                  spatial::unless_identity(lead->flange_T_tool)};
     note_places(out, code, *lead, of);
   } else {
     const TipModel& tip = model->tips.front();
     if (tip.joint == flange.joint)
-      out.places.tool = program_post::unless_identity(
+      out.places.tool = spatial::unless_identity(
           spatial::compose(spatial::inverse(flange.joint_T_link), tip.tool));
   }
   out.robot = of_flange(model, flange);
@@ -247,11 +245,11 @@ Result<PostCell> post_cell(CommandContext& ctx, const Map& args,
   if (!maker.ok()) return std::move(maker).error().in("robot " + text::quote(out.robot_name));
   out.maker = std::move(*maker);
   if (!lead) {
-    RMP_TRY_ASSIGN(lead, alone_places(ctx, record, program, symbol));
+    RMP_TRY_ASSIGN(lead, alone_places(with, record, program, symbol));
     if (lead) out.start = lead->start;
   }
   if (lead && !lead->additional.empty()) carry(out, code, *lead);
   return out;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot of the document as posts see it (layer: application, ioci only).
+// A robot of the document as posts see it (layer: application, program_post).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 #include "robotics/kinematics.h"
 #include "sim/ik_choice.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 
 /// Kinematics of a robot for posts.
 class HostKinematics final : public PostKinematics {
@@ -79,4 +79,4 @@ class HostKinematics final : public PostKinematics {
   Progress& progress_;
 };
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points and numbers of programs that follow objects, frames and parameters of a world.
-#include "ioci/program/points.h"
+#include "program_source/bound_values.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,16 +8,17 @@
 #include <robomosp/sdk/post_writer.h>
 
 #include "evaluation/features.h"
-#include "ioci/core/commands.h"
-#include "ioci/program/rows.h"
 #include "kernel/expression.h"
+#include "kernel/text.h"
+#include "kernel/unknown_name.h"
 #include "model/parametric.h"
+#include "model/placement.h"
 #include "model/solid_edit.h"
 #include "program_source/source_text.h"
 #include "spatial/pose.h"
 #include "spatial/rotation.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_source {
 namespace {
 
 using model::BindingKind;
@@ -33,14 +33,14 @@ bool same_symbol(std::string_view a, std::string_view b) {
 /// Computes the values of one place.
 class Binder {
  public:
-  Binder(CommandContext& ctx, const ProgramPlace& place, const rmp_code& code)
-      : ctx_(ctx),
+  Binder(const Workshop& with, const ProgramPlace& place, const rmp_code& code)
+      : with_(with),
         placed_(*place.placed),
         code_(code),
-        world_(*ctx.snapshot().get(place.world)),
-        world_body_(ctx.snapshot().find(AnyId(place.world))->body),
-        world_name_(ctx.snapshot().find(AnyId(place.world))->name),
-        worlds_(ctx.snapshot().world_parameters()) {}
+        world_(*with.snapshot().get(place.world)),
+        world_body_(with.snapshot().find(AnyId(place.world))->body),
+        world_name_(with.snapshot().find(AnyId(place.world))->name),
+        worlds_(with.snapshot().world_parameters()) {}
 
   Result<BoundValue> value(const ProgramBinding& b) {
     RMP_TRY_ASSIGN(const rmp_code_symbol* const variable, variable_of(b));
@@ -52,11 +52,11 @@ class Binder {
     RMP_TRY_ASSIGN(const Pose world_T_point, point(b));
     RMP_TRY_ASSIGN(const Pose world_T_frame, frame_of(b));
     const Pose p = spatial::compose(spatial::inverse(world_T_frame), world_T_point);
-    switch (row_of<rmp_code_type>(code_.types, variable->type).role) {
-      case RMP_ROLE_POSE: out.text = program_source::irl_pose(p); break;
-      case RMP_ROLE_ROBTARGET: out.field = "PSE", out.text = program_source::irl_pose(p); break;
-      case RMP_ROLE_POSITION: out.text = program_source::irl_position(p.p); break;
-      case RMP_ROLE_ORIENTATION: out.text = program_source::irl_orientation(p.R); break;
+    switch (row<rmp_code_type>(code_.types, variable->type).role) {
+      case RMP_ROLE_POSE: out.text = irl_pose(p); break;
+      case RMP_ROLE_ROBTARGET: out.field = "PSE", out.text = irl_pose(p); break;
+      case RMP_ROLE_POSITION: out.text = irl_position(p.p); break;
+      case RMP_ROLE_ORIENTATION: out.text = irl_orientation(p.R); break;
       default:
         return error(ErrorCode::invalid_argument,
                      quote(variable->name) +
@@ -78,10 +78,10 @@ class Binder {
   Result<const rmp_code_symbol*> variable_of(const ProgramBinding& b) const {
     std::vector<std::string> known;
     for (std::uint32_t i = 0; i < code_.symbols.count; ++i) {
-      const auto& s = row_of<rmp_code_symbol>(code_.symbols, i);
+      const auto& s = row<rmp_code_symbol>(code_.symbols, i);
       if ((s.kind != RMP_SYMBOL_VARIABLE && s.kind != RMP_SYMBOL_CONSTANT) ||
           s.routine != RMP_NONE || s.scope == RMP_NONE ||
-          row_of<rmp_code_scope>(code_.scopes, s.scope).kind != RMP_SCOPE_PROGRAM)
+          row<rmp_code_scope>(code_.scopes, s.scope).kind != RMP_SCOPE_PROGRAM)
         continue;
       if (same_symbol(s.name, b.name)) return &s;
       known.emplace_back(s.name);
@@ -98,7 +98,7 @@ class Binder {
                        quote(name) + " is held by robot " + quote(held.robot) +
                            ", and has no fixed placement",
                        "Bind the point to an object or frame at rest.");
-      return Place{model::pose(o.placement), &ctx_.snapshot().find(o.what)->body, {}, o.what};
+      return Place{model::pose(o.placement), &with_.snapshot().find(o.what)->body, {}, o.what};
     }
     for (const model::PlacedFrame& f : world_.frames)
       if (f.name == name) return Place{model::pose(f.placement), &world_body_, world_name_, {}};
@@ -128,9 +128,9 @@ class Binder {
     evaluation::FeatureSelector selector = b.at;
     if (const auto index = text::read_int(b.at)) selector = static_cast<double>(*index);
     RMP_TRY_ASSIGN(const CsgFeature f,
-                   evaluation::feature_of(ctx_.app.derived, ctx_.snapshot(), at.what, selector,
+                   evaluation::feature_of(with_.from.derived, with_.snapshot(), at.what, selector,
                                           evaluation::FeatureUse::point, quote(b.to), "at",
-                                          ctx_.progress));
+                                          with_.progress));
     return Pose{evaluation::feature_rotation(f), f.point};
   }
 
@@ -188,9 +188,9 @@ class Binder {
       if (r.name != robot) continue;
       const Pose mounting = model::pose(r.placement);
       RMP_TRY_ASSIGN(const auto model,
-                     ctx_.app.derived.robot_model(ctx_.snapshot(), r.robot,
+                     with_.from.derived.robot_model(with_.snapshot(), r.robot,
                                                   spatial::rotate_back(mounting, world_.gravity),
-                                                  ctx_.progress));
+                                                  with_.progress));
       return spatial::compose(mounting, model->base);
     }
     return unknown_name("robot", robot, known);
@@ -212,7 +212,7 @@ class Binder {
       return error(ErrorCode::invalid_argument,
                    quote(b.expression) + " is outside the range of numbers of the language", {},
                    "expression");
-    if (variable.type == RMP_TYPE_REAL) return program_source::irl_real(value);
+    if (variable.type == RMP_TYPE_REAL) return irl_real(value);
     if (variable.type != RMP_TYPE_INT)
       return error(ErrorCode::invalid_argument,
                    quote(variable.name) + " is not a number: values are for REAL and INT",
@@ -228,7 +228,7 @@ class Binder {
     return std::to_string(static_cast<std::int64_t>(whole));
   }
 
-  CommandContext& ctx_;
+  const Workshop& with_;
   const PlacedProgram& placed_;
   const rmp_code& code_;
   const model::World& world_;
@@ -244,12 +244,12 @@ bool gives_values(const PlacedProgram& placed) {
                      [](const ProgramBinding& b) { return model::gives_value(b.kind); });
 }
 
-Result<std::vector<BoundValue>> bound_values(CommandContext& ctx, const ProgramPlace& place,
+Result<std::vector<BoundValue>> bound_values(const Workshop& with, const ProgramPlace& place,
                                              const rmp_code& plain) {
   std::vector<BoundValue> out;
-  if (!ctx.snapshot().get(place.world))
+  if (!with.snapshot().get(place.world))
     return error(ErrorCode::stale_handle, "the world no longer exists", "Open or create one.");
-  Binder binder(ctx, place, plain);
+  Binder binder(with, place, plain);
   for (const ProgramBinding& b : place.placed->bindings) {
     if (!model::gives_value(b.kind)) continue;
     auto one = binder.value(b);
@@ -261,4 +261,4 @@ Result<std::vector<BoundValue>> bound_values(CommandContext& ctx, const ProgramP
   return out;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_source

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What posts write and say (layer: application, ioci only).
+// What posts write and report (layer: application, program_post).
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,9 @@
 
 #include <robomosp/sdk/post.h>
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
+
+using PostedFiles = std::vector<std::pair<std::string, std::string>>;  ///< names and texts
 
 /// What is wrong, or to be known, at a place of the program.
 struct PostedFault {
@@ -41,10 +43,10 @@ class Posted final : public PostOutput {
   void fault(std::uint32_t severity, const rmp_span& span, std::string_view message,
              std::string_view hint) override;
   [[nodiscard]] std::size_t errors() const;
-  std::vector<std::pair<std::string, std::string>> files;
+  PostedFiles files;
   std::vector<PostedLine> lines;
   std::vector<PostedFault> faults;
   std::string form;
 };
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

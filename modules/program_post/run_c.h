@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Posted programs in C, compiled by the user's compiler and run in a separate process that
-// writes down what they command (layer: application, ioci only).
+// writes down what they command (layer: application, program_post).
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,12 @@
 #include <vector>
 
 #include <robomosp/sdk/post.h>
+#include <robomosp/sdk/progress.h>
+#include <robomosp/sdk/result.h>
 
-#include "ioci/core/command.h"
-#include "ioci/program/read_back.h"
+#include "program_post/posted.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 
 /// What a program in C runs with.
 struct CInputs {
@@ -47,6 +48,6 @@ struct CCommands {
 /// Compiles and runs them. The compiler is that of the environment variable ROBOMOSP_CC, else cc,
 /// gcc or clang on PATH, and never what a record says. Needs the permit of Effect::processes. All
 /// that keeps it from running is reported by `not_run`; an error is being cancelled.
-[[nodiscard]] Result<CCommands> run_c(CommandContext&, const PostedFiles&, const CInputs&);
+[[nodiscard]] Result<CCommands> run_c(const PostedFiles&, const CInputs&, Progress&);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/program_faults.h"
+#include "program_source/text_faults.h"
 
 #include <algorithm>
 
-#include "ioci/program/program_files.h"
-#include "ioci/program/rows.h"
+#include <robomosp/sdk/program_tables.h>
 
-namespace robomosp::ioci {
+#include "program_source/place.h"
+
+namespace robomosp::program_source {
 namespace {
 
 const FaultCodes kTextCodes{
@@ -27,6 +28,8 @@ Severity severity_of(std::uint32_t severity) {
          : severity == RMP_FAULT_WARNING ? Severity::warning
                                          : Severity::info;
 }
+
+Handle handle(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
 
 /// The word after "Did you mean", without quotes; "" = the hint is another one.
 std::string meant_word(std::string_view hint) {
@@ -54,7 +57,7 @@ void offer_word(Fault& f, const FaultyText& in, const TextFault& found) {
   FaultRemedy r;
   r.label = "Write " + word + " instead of " + old;
   r.command = "program.set_file";
-  r.args = {{"id", Application::handle(in.record)}, {"name", found.file}, {"text", text}};
+  r.args = {{"id", handle(in.record)}, {"name", found.file}, {"text", text}};
   f.remedies.push_back(std::move(r));
 }
 
@@ -77,7 +80,7 @@ Fault text_fault(const char* code, const FaultyText& in, const TextFault& found)
   f.severity = severity_of(found.severity);
   FaultSubject& s = f.subject;
   if (in.program) {
-    s.record = Application::handle(in.record);
+    s.record = handle(in.record);
     s.name = in.name;
     s.path = line_path(*in.program, found.file, found.span.line);
   }
@@ -94,11 +97,11 @@ Fault text_fault(const char* code, const FaultyText& in, const TextFault& found)
 std::vector<Fault> source_faults(const FaultyText& in, const rmp_code& code) {
   std::vector<Fault> out;
   for (std::uint32_t i = 0; i < code.faults.count; ++i) {
-    const auto& f = row_of<rmp_code_fault>(code.faults, i);
+    const auto& f = row<rmp_code_fault>(code.faults, i);
     out.push_back(text_fault(
         "program.syntax", in,
         {f.severity, f.span,
-         f.span.file < code.files.count ? row_of<rmp_code_file>(code.files, f.span.file).name : "",
+         f.span.file < code.files.count ? row<rmp_code_file>(code.files, f.span.file).name : "",
          f.message, f.hint}));
   }
   return out;
@@ -111,4 +114,4 @@ Error with_faults(Error e, const std::vector<Fault>& faults) {
   return e;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_source
