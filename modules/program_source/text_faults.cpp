@@ -5,6 +5,7 @@
 
 #include <robomosp/sdk/program_tables.h>
 
+#include "model/handle.h"
 #include "program_source/place.h"
 
 namespace robomosp::program_source {
@@ -28,8 +29,6 @@ Severity severity_of(std::uint32_t severity) {
          : severity == RMP_FAULT_WARNING ? Severity::warning
                                          : Severity::info;
 }
-
-Handle handle(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
 
 /// The word after "Did you mean", without quotes; "" = the hint is another one.
 std::string meant_word(std::string_view hint) {
@@ -57,7 +56,7 @@ void offer_word(Fault& f, const FaultyText& in, const TextFault& found) {
   FaultRemedy r;
   r.label = "Write " + word + " instead of " + old;
   r.command = "program.set_file";
-  r.args = {{"id", handle(in.record)}, {"name", found.file}, {"text", text}};
+  r.args = {{"id", model::handle(in.record)}, {"name", found.file}, {"text", text}};
   f.remedies.push_back(std::move(r));
 }
 
@@ -80,7 +79,7 @@ Fault text_fault(const char* code, const FaultyText& in, const TextFault& found)
   f.severity = severity_of(found.severity);
   FaultSubject& s = f.subject;
   if (in.program) {
-    s.record = handle(in.record);
+    s.record = model::handle(in.record);
     s.name = in.name;
     s.path = line_path(*in.program, found.file, found.span.line);
   }

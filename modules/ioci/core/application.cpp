@@ -40,6 +40,7 @@
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/value_text.h"
+#include "model/handle.h"
 #include "model/program_kinds.h"
 #include "spatial/parallel.h"
 
@@ -1211,7 +1212,7 @@ Result<void> Application::transaction(Session& session, std::string label,
   return {};
 }
 
-Handle Application::handle(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
+Handle Application::handle(AnyId id) { return model::handle(id); }
 
 Result<AnyId> Application::record_id(const document::Snapshot& snapshot, const Handle& h) {
   const auto kind = kind_from(h.kind);

@@ -9,10 +9,10 @@
 #include <robomosp/sdk/ik.h>
 
 #include "document/validate.h"
+#include "evaluation/robot_doubts.h"
 #include "ioci/core/import_faults.h"
 #include "ioci/core/origins.h"
 #include "ioci/core/trial.h"
-#include "ioci/robot/robot_faults.h"
 #include "ioci/simulation/run_start.h"
 #include "model/field_path.h"
 #include "model/program_kinds.h"
@@ -101,7 +101,7 @@ Result<void> DocumentFaults::look_at(AnyId id) {
   const model::Record& record = *ctx_.snapshot().find(id);
   if (const auto held = document::check_record(record); !held.ok()) add(held.error(), id);
   look_at_providers(id, record);
-  for (Fault& f : robot_doubts(ctx_.snapshot(), id)) add(std::move(f), {});
+  for (Fault& f : evaluation::robot_doubts(ctx_.snapshot(), id)) add(std::move(f), {});
   for (Fault& f : ctx_.app.kept<ImportFaults>().of(ctx_.snapshot(), id))
     add(std::move(f), Application::handle(id));
   if (id.kind == Kind::solid) return look_at_solid(id);

@@ -6,14 +6,13 @@
 #include <limits>
 #include <numbers>
 
-#include "ioci/robot/inertia.h"
+#include "evaluation/robot_doubts.h"
 #include "kernel/bare_numbers.h"
 #include "robotics/build_model.h"
 #include "robotics/coordinates.h"
 #include "robotics/kinematics.h"
 #include "robotics/singularity.h"
 #include "spatial/pose.h"
-#include "spatial/principal.h"
 #include "spatial/print.h"
 
 namespace robomosp::ioci {
@@ -341,24 +340,12 @@ Result<void> check_robot(const std::string& name, const model::Robot& r) {
   return {};
 }
 
-bool is_impossible(const Sym3& inertia) {
-  const Vec3 m = spatial::principal(inertia).moments;  // ascending
-  const double slack = 1e-6 * std::max(std::fabs(m[0]), std::fabs(m[2]));
-  return m[0] < -slack || m[2] > m[0] + m[1] + slack;
-}
-
-std::string moments_text(const Sym3& inertia) {
-  const Vec3 m = spatial::principal(inertia).moments;
-  const auto shown = [](double x) { return text::print_rounded(x, 4); };
-  return shown(m[0]) + ", " + shown(m[1]) + " and " + shown(m[2]);
-}
-
 void report_inertia(CommandContext& ctx, const std::string& name, const model::Link& l) {
-  if (!l.given || !is_impossible(l.given->inertia)) return;
+  if (!l.given || !evaluation::is_impossible(l.given->inertia)) return;
   ctx.app.messages.post(Severity::warning, "inertia",
                         "robot " + text::quote(name) + ", link " + text::quote(l.name) +
                             ": no body has the given inertia, with the principal moments " +
-                            moments_text(l.given->inertia) +
+                            evaluation::moments_text(l.given->inertia) +
                             " kg m^2. None can be negative or exceed the sum of the others.",
                         "ioci");
 }

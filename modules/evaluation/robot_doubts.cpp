@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/robot/robot_faults.h"
+#include "evaluation/robot_doubts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
-#include "ioci/core/commands.h"
-#include "ioci/robot/inertia.h"
 #include "kernel/text.h"
-#include "spatial/mass.h"
+#include "model/handle.h"
+#include "spatial/principal.h"
 
-namespace robomosp::ioci {
+namespace robomosp::evaluation {
 namespace {
 
 const FaultCodes kRobotCodes{
@@ -23,13 +24,25 @@ Fault link_fault(const document::Snapshot& records, AnyId id, const char* code, 
                  std::string hint, std::string path) {
   Fault f = make_fault(code, std::move(message), std::move(hint), records.describe(id));
   f.severity = Severity::warning;
-  f.subject.record = f.witness.scene = Application::handle(id);
+  f.subject.record = f.witness.scene = model::handle(id);
   f.subject.name = records.find(id)->name;
   f.subject.path = std::move(path);
   return f;
 }
 
 }  // namespace
+
+bool is_impossible(const Sym3& inertia) {
+  const Vec3 m = spatial::principal(inertia).moments;  // ascending
+  const double slack = 1e-6 * std::max(std::fabs(m[0]), std::fabs(m[2]));
+  return m[0] < -slack || m[2] > m[0] + m[1] + slack;
+}
+
+std::string moments_text(const Sym3& inertia) {
+  const Vec3 m = spatial::principal(inertia).moments;
+  const auto shown = [](double x) { return text::print_rounded(x, 4); };
+  return shown(m[0]) + ", " + shown(m[1]) + " and " + shown(m[2]);
+}
 
 std::vector<Fault> robot_doubts(const document::Snapshot& records, AnyId id) {
   std::vector<Fault> out;
@@ -70,11 +83,11 @@ std::vector<Fault> robot_doubts(const document::Snapshot& records, AnyId id) {
     FaultRemedy r;
     r.label = "Make the joint of " + l.name + " fixed";
     r.command = "robot.set_link";
-    r.args = {{"id", Application::handle(id)}, {"link", l.name}, {"joint", "fixed"}};
+    r.args = {{"id", model::handle(id)}, {"link", l.name}, {"joint", "fixed"}};
     f.remedies.push_back(std::move(r));
     out.push_back(std::move(f));
   }
   return out;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::evaluation

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/exchange/export_pairs.h"
+#include "exchange/export_pairs.h"
 
 #include <map>
 #include <utility>
 
+#include "collision/cache.h"
 #include "collision/collision.h"
 
-namespace robomosp::ioci {
+namespace robomosp::exchange {
 
-Result<std::vector<ExportPair>> export_pairs(CommandContext& ctx, RobotId id, std::size_t samples,
-                                             std::uint64_t seed) {
-  RMP_TRY_ASSIGN(const auto m,
-                 ctx.app.collision_models.find({ctx.app.registry, ctx.app.derived, ctx.snapshot()},
-                                               AnyId(id), ctx.progress));
-  const model::Robot& robot = *ctx.snapshot().get(id);
+Result<std::vector<ExportPair>> export_pairs(const evaluation::Sources& from, RobotId id,
+                                             std::size_t samples, std::uint64_t seed,
+                                             Progress& progress) {
+  RMP_TRY_ASSIGN(const auto m, collision::collision_model(from, AnyId(id), progress));
+  const model::Robot& robot = *from.snapshot.get(id);
   // Bodies are named as the links; the first of the name "base" is the base itself.
   std::map<std::string, std::int32_t> links;
   for (std::size_t i = 0; i < robot.links.size(); ++i)
@@ -49,7 +49,7 @@ Result<std::vector<ExportPair>> export_pairs(CommandContext& ctx, RobotId id, st
       if (m->bodies()[i].joint == m->bodies()[k].joint)
         put({static_cast<std::int32_t>(i), static_cast<std::int32_t>(k)}, ExportPair::Why::adjacent,
             "");
-  RMP_TRY_ASSIGN(const auto found, m->sample_pairs(samples, seed, ctx.progress));
+  RMP_TRY_ASSIGN(const auto found, m->sample_pairs(samples, seed, progress));
   for (const collision::SampledPair& p : found)
     put(p.pair, p.always ? ExportPair::Why::always : ExportPair::Why::never, "");
   std::vector<ExportPair> pairs;
@@ -57,4 +57,4 @@ Result<std::vector<ExportPair>> export_pairs(CommandContext& ctx, RobotId id, st
   return pairs;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::exchange

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/exchange/exported.h"
+#include "exchange/exported_files.h"
 
 #include <set>
 
@@ -7,7 +7,7 @@
 #include "kernel/file_root.h"
 #include "kernel/text.h"
 
-namespace robomosp::ioci {
+namespace robomosp::exchange {
 
 namespace fs = std::filesystem;
 
@@ -45,4 +45,4 @@ Result<void> check_new(const std::vector<ExportedFile>& files, const fs::path& f
                "overwrite = true replaces existing files.", file.parent_path().string());
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::exchange
