@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop that runs operations; calls, and those about signals and lists.
+// The loop that runs operations; calls and lists. What runs seldom is in seldom.cpp.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -227,69 +227,6 @@ bool Run::make_list(Process& p, const Op& o) {
   return true;
 }
 
-bool Run::read_signal(Process& p, const Op& o, Slot* out, bool& is_skipped) {
-  const Signal signal = c_.signal(o.n);
-  auto value = world_->read_signal(signal);
-  if (!value.ok()) return fail(value.error());
-  is_skipped = false;
-  if (!value->has_value()) {
-    const std::string name(signal.name);
-    Frame& f = p.frames.back();
-    if (observer_ && f.wait != kNone && !p.condition_depth) {
-      const WaitInfo& w = c_.waits[f.wait];
-      auto noted = observer_->unknown_wait(p.routine, w, f.has_deadline ? f.timeout : -1);
-      if (!noted.ok()) return fail(noted.error());
-      if (*noted) {
-        is_skipped = true;
-        s_.is_timeout_unknown = f.has_deadline;
-        s_.timeout_unknown = c_.instruction(w.begin).span;
-        if (c_.r_timeout != kNone) s_.globals[c_.r_timeout] = {};
-        f.wait = kNone;
-        f.has_deadline = false;
-        p.pc = w.test + 1;
-        ++s_.progress;
-        return true;
-      }
-    }
-    return fail("the flow depends on the " + std::string(signal.is_output ? "output " : "input ") +
-                    name + ", which has no known value",
-                "Give a value for " + name + ", or use it in WAIT FOR or UNTIL only.");
-  }
-  const SignalValue v = **value;
-  if (signal.type == RMP_TYPE_REAL) {
-    if (!std::isfinite(v.real))
-      return fail("the signal " + std::string(signal.name) + " is not a finite number");
-    *out = Slot::of_real(v.real);
-  } else if (signal.type == RMP_TYPE_BOOL) {
-    *out = Slot::of(v.integer != 0);
-  } else {
-    if (v.integer > kMostInt || v.integer < -kMostInt - 1)
-      return fail("the signal " + std::string(signal.name) + " is " + std::to_string(v.integer) +
-                      ", which is outside the range of INT",
-                  "An INT is from -2147483648 to 2147483647.");
-    *out = Slot::of(v.integer);
-  }
-  return true;
-}
-
-bool Run::write_signal(Process&, const Op& o, Slot value) {
-  const Signal signal = c_.signal(o.n);
-  SignalValue v;
-  if (signal.type == RMP_TYPE_REAL) {
-    v.real = value.real();
-  } else {
-    v.integer = signal.type == RMP_TYPE_BOOL ? value.integer() != 0 : value.integer();
-    if (signal.type == RMP_TYPE_INT && signal.width > 1 && signal.width < 32 &&
-        (v.integer < 0 || v.integer >= std::int64_t{1} << signal.width))
-      return fail("the value " + std::to_string(v.integer) + " does not fit in the " +
-                      std::to_string(signal.width) + " bits of " + std::string(signal.name),
-                  "They hold 0 to " + std::to_string((std::int64_t{1} << signal.width) - 1) + ".");
-  }
-  const auto done = world_->write_signal(signal, v);
-  ++s_.progress;
-  return done.ok() || fail(done.error());
-}
-
 Run::Next Run::execute(Process& p) {
   p_ = &p;
   s_.running = p.routine;
@@ -333,17 +270,6 @@ Run::Next Run::execute(Process& p) {
     R = Slot::of(expression); \
     ++pc;                     \
     break;                    \
-  }
-#define RMP_NO_CONDITION(what)                                                              \
-  if (p.condition_depth) {                                                                  \
-    fail("a condition of UNTIL or WHEN " what, "Functions called there may only compute."); \
-    goto failed;                                                                            \
-  }
-#define RMP_SYNC                    \
-  {                                 \
-    at_ = pc;                       \
-    p.pc = pc;                      \
-    if (must_wait(p)) goto waiting; \
   }
 
 template <bool kDebug>
@@ -442,14 +368,6 @@ Run::Next Run::loop(Process& p) {
             goto failed;
           }
           R = Slot::of(v);
-          ++pc;
-          break;
-        }
-        case Do::char_to_text: {
-          at_ = pc;
-          if (!has_room(64)) goto failed;
-          const Slot s = new_text(std::string(1, static_cast<char>(A.integer())));
-          R = s;
           ++pc;
           break;
         }
@@ -639,61 +557,6 @@ Run::Next Run::loop(Process& p) {
           ++pc;
           break;
         }
-        case Do::store_char: {
-          at_ = pc;
-          const Slot* ref = &R;
-          const std::uint64_t address = ref[0].bits, i = ref[1].bits;
-          Slot* x = at(p, address, 1, true);
-          if (!x) goto lost;
-          if (i == 0) {
-            *x = A;
-          } else {
-            std::string s(text_of(*x));
-            if (i > s.size()) {
-              fail("the index " + std::to_string(i) + " is outside 1.." + std::to_string(s.size()));
-              goto failed;
-            }
-            s[i - 1] = static_cast<char>(A.integer());
-            used += s.size() / 64;
-            if (!has_room(s.size() + 64)) goto failed;
-            const Slot changed = new_text(std::move(s));
-            if (Slot* again = at(p, address, 1, true)) *again = changed;
-          }
-          ++pc;
-          break;
-        }
-        case Do::read_signal: {
-          RMP_SYNC
-          bool is_skipped = false;
-          if (!read_signal(p, o, &R, is_skipped)) goto failed;
-          if (is_skipped) pc = p.pc;
-          else ++pc;
-          used += 4;
-          break;
-        }
-        case Do::write_signal:
-          RMP_SYNC
-          RMP_NO_CONDITION("writes an output")
-          if (observer_) observer_->running(p.routine, c_.instruction(pc).span);
-          if (!write_signal(p, o, A)) goto failed;
-          ++pc;
-          break;
-        case Do::refresh:
-          RMP_SYNC
-          if (!refresh(p, o)) goto failed;
-          used += 16;
-          ++pc;
-          break;
-        case Do::timeout_known:
-          at_ = pc;
-          if (s_.is_timeout_unknown) {
-            fail("the flow depends on whether the WAIT FOR in line " +
-                     std::to_string(s_.timeout_unknown.line) + " timed out",
-                 "Give values for the inputs of its condition.");
-            goto failed;
-          }
-          ++pc;
-          break;
         case Do::call:
           at_ = pc;
           if (call(p, o) == Next::stop) goto failed;
@@ -752,197 +615,25 @@ Run::Next Run::loop(Process& p) {
           rebase();
           break;
         }
-        case Do::end_without_value:
-          at_ = pc;
-          fail("the function " + c_.routine_name(p.frames.back().routine) +
-                   " reached its end without a RETURN",
-               "End every path through a function with RETURN value;");
-          goto failed;
-        case Do::wait_time: {
-          RMP_SYNC
-          RMP_NO_CONDITION("waits")
-          const double seconds = A.real();
-          if (seconds < 0) {
-            fail("WAIT is of " + real_literal(seconds) + " s, but a time must not be negative");
-            goto failed;
-          }
-          if (observer_) {
-            const auto noted =
-                observer_->waits_for_time(p.routine, seconds, c_.instruction(pc).span);
-            if (!noted.ok()) {
-              fail(noted.error());
-              goto failed;
-            }
-          }
-          ++s_.progress;
-          p.wait = {};
-          p.wait.kind = Waits::time;
-          p.wait.until = s_.now + seconds;
-          p.wait.is_behind = true;
-          p.pc = pc + 1;
-          goto waiting;
-        }
-        case Do::wait_begin: {
-          RMP_SYNC
-          RMP_NO_CONDITION("waits")
-          Frame& f = p.frames.back();
-          f.wait = o.n;
-          f.has_deadline = o.r != 0;
-          if (f.has_deadline) {
-            const double seconds = A.real();
-            if (seconds < 0) {
-              fail("TIMEOUT is " + real_literal(seconds) + " s, but a time must not be negative");
-              goto failed;
-            }
-            f.deadline = s_.now + seconds;
-            f.timeout = seconds;
-          }
-          ++s_.progress;
-          ++pc;
-          break;
-        }
-        case Do::wait_test: {
-          at_ = pc;
-          Frame& f = p.frames.back();
-          const bool is_true = A.integer() != 0 || f.is_waived;
-          const bool is_late = f.has_deadline && s_.now >= f.deadline;
-          if (!is_true && !is_late) {
-            if (f.wait != o.n) {
-              fail("a condition of WAIT FOR has no beginning", "Compile the program again.");
-              goto failed;
-            }
-            p.pc = c_.waits[o.n].begin + 1;
-            p.wait = {};
-            p.wait.kind = Waits::condition;
-            goto waiting;
-          }
-          if (c_.r_timeout != kNone) s_.globals[c_.r_timeout] = Slot::of(!is_true);
-          s_.is_timeout_unknown = false;
-          if (s_.keeps_journal && !is_true)
-            s_.timeouts.push_back({p.routine, s_.now, c_.instruction(c_.waits[o.n].begin).span});
-          f.wait = kNone;
-          f.has_deadline = f.is_waived = false;
-          ++s_.progress;
-          ++pc;
-          break;
-        }
-        case Do::pause: {
-          RMP_SYNC
-          RMP_NO_CONDITION("pauses")
-          if (observer_) observer_->running(p.routine, c_.instruction(pc).span);
-          const std::string message(o.n ? text_of(A) : std::string_view());
-          const auto told = world_->pause(p.routine, message);
-          if (!told.ok()) {
-            fail(told.error());
-            goto failed;
-          }
-          ++s_.progress;
-          p.wait = {};
-          p.wait.kind = Waits::pause;
-          p.wait.message = message;
-          p.wait.is_behind = true;
-          p.pc = pc + 1;
-          goto waiting;
-        }
-        case Do::halt:
-          at_ = pc;
-          RMP_NO_CONDITION("halts the program")
-          if (observer_) {
-            const auto noted = observer_->halts(p.routine, c_.instruction(pc).span);
-            if (!noted.ok()) {
-              fail(noted.error());
-              goto failed;
-            }
-          }
-          s_.status.is_halted = true;
-          s_.status.halted_at = c_.instruction(pc).span;
-          p.pc = pc;
-          result = Next::stop;
-          goto done;
-        case Do::until_test:
-        case Do::interrupt_test: {
-          at_ = pc;
-          if (!p.condition_depth || p.frames.size() != p.condition_depth) {
-            fail("the flow runs into a condition", "Compile the program again.");
-            goto failed;
-          }
-          p.pc = pc;
-          last_test_ = pc;
-          result = A.integer() ? Next::condition_true : Next::condition_false;
-          goto done;
-        }
-        case Do::move: {
+        default:
           at_ = pc;
           p.pc = pc;
-          RMP_NO_CONDITION("moves")
-          if (std::any_of(p.open.begin(), p.open.end(),
-                          [&](const OpenMotion& m) { return is_held(m.number); })) {
-            fail(
-                "BRAKE holds a motion of this process, and another motion cannot begin before it "
-                "ends",
-                "BRAKE without a mode, or with 0, ends it.");
-            goto failed;
+          switch (seldom(p, o, base)) {
+            case Then::next: ++pc; break;
+            case Then::jump:
+              pc = p.pc;
+              rebase();
+              break;
+            case Then::wait: goto waiting;
+            case Then::fault: goto failed;
+            case Then::lost: goto lost;
+            case Then::stop: result = Next::stop; goto done;
+            case Then::condition_true: result = Next::condition_true; goto done;
+            case Then::condition_false: result = Next::condition_false; goto done;
           }
-          if (!p.open.empty()) {
-            const bool is_chain = std::all_of(
-                p.open.begin(), p.open.end(),
-                [&](const OpenMotion& m) { return m.approximates && m.level == p.level; });
-            if (!is_chain || c_.moves[o.n].until != kNone || p.open.size() >= 2) {
-              p.wait = {};
-              p.wait.kind = Waits::motion;
-              p.wait.most_open = is_chain && c_.moves[o.n].until == kNone ? 1 : 0;
-              goto waiting;
-            }
-          }
-          if (!begin_motion(p, o.n)) goto failed;
-          used += 16;
-          pc = p.pc;
-          if (p.wait.kind != Waits::nothing) goto waiting;
+          used += cost_;
+          cost_ = 0;
           break;
-        }
-        case Do::start:
-        case Do::stop:
-        case Do::continue_:
-        case Do::cancel:
-        case Do::enable:
-        case Do::disable: {
-          RMP_SYNC
-          RMP_NO_CONDITION("controls processes")
-          if (!control(p, o)) goto failed;
-          ++pc;
-          if (p.is_stopped || p.is_ended) {
-            p.pc = pc;
-            goto done;
-          }
-          break;
-        }
-        case Do::teach: {
-          RMP_SYNC
-          RMP_NO_CONDITION("teaches")
-          if (c_.taught_offset[o.n] == kNone) {
-            fail(std::string(c_.symbol(o.n).name) + " has no taught value",
-                 "Assign one in a data list: " + std::string(c_.symbol(o.n).name) + " := ...;");
-            goto failed;
-          }
-          if (!s_.has_taught) {
-            // Lists of data run now, on variables of their own; then this again.
-            s_.has_taught = true;
-            for (std::size_t k = c_.data_lists.size(); k-- > 0;) {
-              const std::uint32_t back = p.pc;
-              if (!push_frame(p, c_.data_lists[k], back, FrameKind::data_list)) goto failed;
-              p.pc = c_.routines[c_.data_lists[k]].first;
-            }
-            pc = p.pc;
-            rebase();
-            break;
-          }
-          const std::uint32_t type = c_.symbol(o.n).type;
-          std::copy_n(s_.globals.data() + c_.taught_offset[o.n], c_.types[type].slots,
-                      s_.globals.data() + o.r);
-          if (!deepen(p, type, o.r)) goto failed;
-          ++pc;
-          break;
-        }
       }
     }
   }

@@ -607,8 +607,31 @@ class Run {
   bool make_list(Process&, const Op&);
   Next call(Process&, const Op&);
   Next leave(Process&, const Op&);
+  // ---- seldom.cpp ----
+  /// What the loop does after an operation: the next one, that of Process::pc, or leave the slice.
+  enum class Then : std::uint8_t {
+    next,
+    jump,
+    wait,
+    stop,
+    fault,
+    lost,  ///< an address that does not exist
+    condition_true,
+    condition_false
+  };
+  /// Runs the operation at Process::pc, which the loop does not run itself. `base`: of each Space.
+  Then seldom(Process&, const Op&, Slot* const* base);
+  bool may_act(const Process&, const char* what);
+  bool store_char(Process&, std::uint64_t address, std::string text, std::uint64_t index, char to);
   bool read_signal(Process&, const Op&, Slot* out, bool& is_skipped);
   bool write_signal(Process&, const Op&, Slot value);
+  Then wait_time(Process&, double seconds);
+  Then wait_begin(Process&, const Op&, Slot timeout);
+  Then wait_test(Process&, const Op&, Slot condition);
+  Then pause(Process&, std::string message);
+  Then halt(Process&);
+  Then move(Process&, std::uint32_t which);
+  Then teach(Process&, const Op&);
   bool control(Process&, const Op&);
   bool fail(std::string message, std::string hint = {});
   bool fail(const Error&);
