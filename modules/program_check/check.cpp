@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "kernel/text.h"
+#include "robotics/joint_label.h"
 #include "robotics/kinematics.h"
 #include "robotics/singularity.h"
 #include "robotics/tip_motion.h"
@@ -102,10 +103,9 @@ class Checker {
   }
   [[nodiscard]] const task::InspectedRobot& robot(std::size_t r) const { return told_.robots[r]; }
   [[nodiscard]] std::string joint_name(std::size_t r, std::size_t j) const {
-    const auto& joints = robot(r).model->joints;
-    const std::string& name = joints[j].name;
+    const std::string& name = robot(r).model->joints[j].name;
     const std::string number = "joint " + std::to_string(j + 1);
-    return name.empty() || name == number ? number : number + " (" + name + ")";
+    return name.empty() || name == number ? number : robotics::joint_label(*robot(r).model, j);
   }
 
   void index() {

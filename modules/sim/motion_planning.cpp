@@ -19,6 +19,7 @@
 #include "kernel/text.h"
 #include "motion/provider_params.h"
 #include "robotics/closure.h"
+#include "robotics/joint_label.h"
 #include "robotics/joint_sampler.h"
 #include "robotics/kinematics.h"
 #include "robotics/single_joints.h"
@@ -221,9 +222,7 @@ Error outside_limits(const RobotModel& m, const PlanTask& task, std::int32_t j,
       task.axes ? task.axes->before_place(static_cast<std::size_t>(m.joints[i].q_index), q)
                 : std::string();
   return error(ErrorCode::invalid_argument,
-               axis + "joint " + std::to_string(i + 1) + " (" + m.joints[i].name +
-                   ") is outside its limits at the " + at,
-               hint);
+               axis + robotics::joint_label(m, i) + " is outside its limits at the " + at, hint);
 }
 
 Result<void> check(const CollisionRobot& robot, const PlanTask& task) {
@@ -577,7 +576,7 @@ Recording planned_recording(const CollisionRobot& robot, WorldId world, const Pl
       const JointModel& joint = model.joints[j];
       Column c{stem + std::to_string(j + 1),
                (joint.type == JointType::revolute ? std::string("rad") : std::string("m")) + per,
-               std::string(what) + " of joint " + std::to_string(j + 1) + " (" + joint.name + ")",
+               std::string(what) + " of " + robotics::joint_label(model, j),
                {}};
       for (std::size_t i = j; i < table.size(); i += dof) c.values.push_back(table[i]);
       out.columns.push_back(std::move(c));

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "kernel/text.h"
+#include "robotics/joint_label.h"
 #include "robotics/kinematics.h"
 #include "sim/index.h"
 #include "spatial/pose.h"
@@ -86,8 +87,8 @@ std::string MotionTable::label(std::size_t entry) const { return joint_label(joi
 std::string MotionTable::joint_label(std::size_t joint) const {
   const JointModel& j = model_.joints[joint];
   const bool has_axis = !j.is_coupled() && coordinate_count(j.type) == 1;
-  return (has_axis ? axes_.before_joint(index(j.q_index)) : std::string()) + "joint " +
-         std::to_string(joint + 1) + " (" + j.name + ")";
+  return (has_axis ? axes_.before_joint(index(j.q_index)) : std::string()) +
+         robotics::joint_label(model_, joint);
 }
 
 std::string MotionTable::limit_label(const MotionEvent& e) const {
@@ -101,8 +102,7 @@ std::string MotionTable::limit_label(const MotionEvent& e) const {
   const auto there = q(row);
   std::vector<double> at(there.begin(), there.end());
   at[index(j.q_index)] = e.is_upper ? j.upper : j.lower;
-  return axes_.before_place(index(j.q_index), at) + "joint " + std::to_string(e.joint + 1) + " (" +
-         j.name + ")";
+  return axes_.before_place(index(j.q_index), at) + robotics::joint_label(model_, e.joint);
 }
 
 void MotionTable::add_entries(Recording& out, const std::string& stem, const std::string& what,

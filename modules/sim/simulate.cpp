@@ -16,6 +16,7 @@
 #include "motion/cartesian_path.h"
 #include "robotics/batch_kinematics.h"
 #include "robotics/home.h"
+#include "robotics/joint_label.h"
 #include "robotics/single_joints.h"
 #include "sim/loaded_runs.h"
 #include "sim/member_axes.h"
@@ -169,10 +170,9 @@ void add_joint_columns(Recording& recording, const RobotModel& model, const std:
   const std::size_t dof = model.dof(), rows = table.size() / dof, first = recording.columns.size();
   for (std::size_t j = 0; j < dof; ++j) {
     const bool rotary = model.joints[j].type == JointType::revolute;
-    recording.columns.push_back(
-        {stem + std::to_string(j + 1), rotary ? rotary_unit : linear_unit,
-         what + " of joint " + std::to_string(j + 1) + " (" + model.joints[j].name + ")",
-         std::vector<double>(rows)});
+    recording.columns.push_back({stem + std::to_string(j + 1), rotary ? rotary_unit : linear_unit,
+                                 what + " of " + robotics::joint_label(model, j),
+                                 std::vector<double>(rows)});
   }
   constexpr std::size_t kBlock = 256;  // rows of the table that stay in the nearest cache
   for (std::size_t begin = 0; begin < rows; begin += kBlock) {

@@ -8,6 +8,7 @@
 #include "collision/cache.h"
 #include "kernel/text.h"
 #include "motion/cartesian_path.h"
+#include "robotics/joint_label.h"
 #include "robotics/kinematics.h"
 #include "sim/ik_reason.h"
 #include "sim/joint_rates.h"
@@ -29,8 +30,7 @@ using recording::RecordingPtr;
 using text::print_rounded;
 
 std::string joint_name(const RobotModel& model, const robotics::MakerAxes& axes, std::size_t j) {
-  return axes.before_joint(j) + "joint " + std::to_string(j + 1) + " (" + model.joints[j].name +
-         ")";
+  return axes.before_joint(j) + robotics::joint_label(model, j);
 }
 
 /// Calls `found(first, last, worst)` for each run of samples whose `excess` is above 0; `worst` has
