@@ -45,7 +45,7 @@ bool Adapter::has_text(const fs::path& path, const std::string& program, const s
   if (file_kind(path) != FileKind::file) return false;
   const auto bytes = io::read_file(path, kMostSource);
   if (!bytes.ok()) return false;
-  std::string on_disk = ioci::as_utf8(*bytes), runs = program_lines(program, file).text;
+  std::string on_disk = program::as_utf8(*bytes), runs = program_lines(program, file).text;
   for (std::string* s : {&on_disk, &runs}) {
     std::erase(*s, '\r');
     while (!s->empty() && s->back() == '\n') s->pop_back();

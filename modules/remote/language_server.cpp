@@ -25,11 +25,12 @@
 #include <robomosp/sdk/language_editing.h>
 
 #include "io/native.h"
-#include "ioci/program/open_editing.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
 #include "kernel/text.h"
 #include "motion/provider_params.h"
+#include "program/open_editing.h"
+#include "program/source_bytes.h"
 #include "remote/edited_text.h"
 #include "remote/framed_messages.h"
 
@@ -513,7 +514,7 @@ class EditorServer {
       std::shared_ptr<const Text> text;
       if (file_kind(file) == FileKind::file) {
         auto bytes = io::read_file(file, kMostBeside);
-        if (bytes.ok()) text = std::make_shared<const Text>(ioci::as_utf8(*bytes));
+        if (bytes.ok()) text = std::make_shared<const Text>(program::as_utf8(*bytes));
         else warn(bytes.error().sentence());
       }
       constexpr std::size_t kMostKept = 200;
@@ -600,8 +601,8 @@ class EditorServer {
     std::vector<SourceFile> sources;
     for (const ProgramFileOfEditor& f : files) sources.push_back({f.name, f.text->all(), {}});
     auto made = std::make_shared<OpenProgram>();
-    RMP_TRY_ASSIGN(made->program, ioci::open_editing(language->language, language->info.name,
-                                                     language->params, sources));
+    RMP_TRY_ASSIGN(made->program, program::open_editing(language->language, language->info.name,
+                                                        language->params, sources));
     made->files = std::move(files);
     made->language = language->info.name;
     made->used = ++used_;

@@ -5,9 +5,9 @@
 #include <deque>
 
 #include "ioci/core/commands.h"
-#include "ioci/program/open_editing.h"
 #include "ioci/program/program_files.h"
 #include "motion/provider_params.h"
+#include "program/open_editing.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -68,7 +68,7 @@ Result<Editing> open(CommandContext& ctx, const Map& args) {
     files.push_back({out.names[i], out.texts[i], {}});
   out.lines.resize(files.size());
   RMP_TRY_ASSIGN(out.program,
-                 open_editing(std::move(language), info.name, std::move(params), files));
+                 program::open_editing(std::move(language), info.name, std::move(params), files));
   return out;
 }
 

@@ -12,8 +12,8 @@
 #include <robomosp/sdk/language.h>
 
 #include "ioci/core/commands.h"
-#include "ioci/program/source_bytes.h"
 #include "model/program.h"
+#include "program/source_bytes.h"
 #include "program_source/place.h"
 
 namespace robomosp::ioci {
@@ -30,10 +30,10 @@ Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
   });
 }
 
-/// Text of a file or argument; a note is posted if it was not in UTF-8 (source_bytes.h).
+/// Text of a file or argument; a note is posted if it was not in UTF-8 (program/source_bytes.h).
 [[nodiscard]] inline Result<std::string> told_source(CommandContext& ctx, const std::string& file,
                                                      std::string_view bytes) {
-  auto made = source_of_bytes(bytes);
+  auto made = program::source_of_bytes(bytes);
   if (!made.ok()) return std::move(made).error().in(file);
   if (!made->note.empty())
     ctx.app.messages.post(Severity::warning, "encoding", file + ": " + made->note + ".", "program");

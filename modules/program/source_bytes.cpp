@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/source_bytes.h"
+#include "program/source_bytes.h"
 
 #include <algorithm>
 #include <utility>
@@ -8,7 +8,7 @@
 
 #include "kernel/utf8.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program {
 namespace {
 
 std::size_t line_of(std::string_view text, std::size_t at) {
@@ -46,4 +46,4 @@ std::string as_utf8(std::string_view bytes) {
   return text;
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/open_editing.h"
+#include "program/open_editing.h"
 
 #include <algorithm>
 #include <deque>
@@ -10,7 +10,7 @@
 
 #include "kernel/text.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program {
 namespace {
 
 /// Without regard to case of letters A to Z.
@@ -334,4 +334,4 @@ Result<std::unique_ptr<EditedProgram>> open_editing(std::shared_ptr<Language> la
       std::make_unique<ByTables>(std::move(language), std::move(name), std::move(params), files));
 }
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs for editors, of any language: by what the language gives to editors, or else by the
-// tables of its compiler (layer: application, ioci).
+// tables of its compiler (layer: data processing,
+// program).
 #pragma once
 
 #include <memory>
@@ -9,7 +10,7 @@
 
 #include <robomosp/sdk/language_editing.h>
 
-namespace robomosp::ioci {
+namespace robomosp::program {
 
 /// A program of these texts, which may change and go afterwards. A language without the extension
 /// robomosp.language.editing/1 has faults, and, of programs without errors, names with their
@@ -20,4 +21,4 @@ Result<std::unique_ptr<EditedProgram>> open_editing(std::shared_ptr<Language> la
                                                     std::shared_ptr<const Params> params,
                                                     std::span<const SourceFile> files);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program

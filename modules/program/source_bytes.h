@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes of a file of source as text (layer: application).
+// Bytes of a file of source as text (layer: data processing, program).
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 #include <robomosp/sdk/result.h>
 
-namespace robomosp::ioci {
+namespace robomosp::program {
 
 /// Source in UTF-8, with a note if it was encoded differently.
 struct SourceBytes {
@@ -21,4 +21,4 @@ struct SourceBytes {
 /// The same silently, for files that are only inspected; zero bytes are left out.
 [[nodiscard]] std::string as_utf8(std::string_view bytes);
 
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program
