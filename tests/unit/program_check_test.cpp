@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/program/check_program.h"
+#include "program_check/shown_run.h"
 #include "support/program.h"
 
 namespace robomosp {
@@ -568,15 +568,15 @@ TEST_F(ProgramCheck, TwoTargetsSideBySide) {
 }
 
 TEST(CheckPicture, LinesOfAPlaceShareOneWordAndCaptionsAreCutBetweenWords) {
-  EXPECT_EQ(ioci::lines_text({7}), "line 7");
-  EXPECT_EQ(ioci::lines_text({18, 7}), "lines 7 and 18");
-  EXPECT_EQ(ioci::lines_text({7, 12, 18}), "lines 7, 12 and 18");
-  EXPECT_EQ(ioci::lines_text({1, 2, 3, 4, 5}), "lines 1, 2, 3, 4 and 5");
-  EXPECT_EQ(ioci::lines_text({1, 2, 3, 4, 5, 6, 7}), "lines 1, 2, 3, 4 and 3 more");
-  EXPECT_EQ(ioci::shortened("post and wrist touch", 20), "post and wrist touch");
-  EXPECT_EQ(ioci::shortened("post and wrist touch", 19), "post and wrist ... (1 more word)");
-  EXPECT_EQ(ioci::shortened("post and wrist touch", 11), "post and ... (2 more words)");
-  EXPECT_EQ(ioci::shortened("a_word_that_is_too_long", 5), "a_word_that_is_too_long");
+  EXPECT_EQ(program_check::lines_text({7}), "line 7");
+  EXPECT_EQ(program_check::lines_text({18, 7}), "lines 7 and 18");
+  EXPECT_EQ(program_check::lines_text({7, 12, 18}), "lines 7, 12 and 18");
+  EXPECT_EQ(program_check::lines_text({1, 2, 3, 4, 5}), "lines 1, 2, 3, 4 and 5");
+  EXPECT_EQ(program_check::lines_text({1, 2, 3, 4, 5, 6, 7}), "lines 1, 2, 3, 4 and 3 more");
+  EXPECT_EQ(program_check::shortened("post and wrist touch", 20), "post and wrist touch");
+  EXPECT_EQ(program_check::shortened("post and wrist touch", 19), "post and wrist ... (1 more word)");
+  EXPECT_EQ(program_check::shortened("post and wrist touch", 11), "post and ... (2 more words)");
+  EXPECT_EQ(program_check::shortened("a_word_that_is_too_long", 5), "a_word_that_is_too_long");
 }
 
 TEST_F(ProgramCheck, EveryPairOfTargetsThatAreReadIsComparedForEveryProgram) {
