@@ -27,6 +27,7 @@
 #include "kernel/import_process.h"
 #include "kernel/interface_adapters.h"
 #include "kernel/interface_file.h"
+#include "kernel/known_provider.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_entry.h"
 #include "kernel/plugin_faults.h"
@@ -396,7 +397,8 @@ Registry::Create creator(const rmp_provider& row, std::string label) {
 std::vector<std::string> parameter_names(std::string_view interface_id, std::string_view name) {
   std::vector<std::string> out;
   const Registry* registry = g_registry.load();
-  const auto info = registry ? registry->find(interface_id, name) : Result<ProviderInfo>(Error{});
+  const auto info =
+      registry ? known_provider(*registry, interface_id, name) : Result<ProviderInfo>(Error{});
   if (info.ok())
     for (const ParamSpec& p : info->schema) out.push_back(p.name);
   return out;

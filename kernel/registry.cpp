@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "kernel/interface_file.h"
+#include "kernel/known_provider.h"
 #include "kernel/permit.h"
 #include "kernel/provider_guard.h"
 #include "kernel/text.h"
@@ -15,6 +16,14 @@ namespace {
 std::string short_name(std::string_view interface_id) {
   if (interface_id.starts_with("robomosp.")) interface_id.remove_prefix(9);
   return std::string(interface_id.substr(0, interface_id.find('/')));
+}
+
+Error disabled(const ProviderInfo& info) {
+  const std::string what = short_name(info.interface_id);
+  return error(ErrorCode::unsupported,
+               "provider " + text::quote(what + " " + info.name) + " is disabled",
+               "provider.enable(" + text::quote(what) + ", " + text::quote(info.name) +
+                   ") enables it again; or choose another one.");
 }
 
 }  // namespace
@@ -144,7 +153,16 @@ Result<ProviderInfo> Registry::find(std::string_view interface_id, std::string_v
   const std::lock_guard lock(mutex_);
   const Entry* e = locate(interface_id, name);
   if (!e) return absent(interface_id, name);
+  if (!e->info.enabled) return disabled(e->info);
   return e->info;
+}
+
+Result<ProviderInfo> known_provider(const Registry& registry, std::string_view interface_id,
+                                    std::string_view name) {
+  if (!name.empty())
+    for (ProviderInfo& info : registry.list(interface_id))
+      if (info.name == name) return std::move(info);
+  return registry.find(interface_id, name);
 }
 
 std::vector<ProviderInfo> Registry::list(std::string_view interface_id) const {
@@ -172,7 +190,9 @@ Result<void> Registry::choose(Choices& choices, std::string_view interface_id,
   if (name.empty()) {
     choices.erase(std::string(interface_id));
   } else {
-    if (!locate(interface_id, name)) return absent(interface_id, name);
+    const Entry* e = locate(interface_id, name);
+    if (!e) return absent(interface_id, name);
+    if (!e->info.enabled) return disabled(e->info);
     choices[std::string(interface_id)] = name;
   }
   ++revision_;
@@ -215,10 +235,8 @@ Result<void*> Registry::create_raw(std::string_view interface_id, std::string_vi
     const std::lock_guard lock(mutex_);
     const Entry* e = locate(interface_id, name);
     if (!e) return absent(interface_id, name);
+    if (!e->info.enabled) return disabled(e->info);
     label = short_name(interface_id) + " " + e->info.name;
-    if (!e->info.enabled)
-      return error(ErrorCode::unsupported, "provider \"" + label + "\" is disabled",
-                   "Enable it or choose another one.");
     create = e->create;
     info.interface_id = e->info.interface_id;
     info.name = e->info.name;

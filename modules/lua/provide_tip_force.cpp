@@ -5,6 +5,7 @@
 
 #include <robomosp/sdk/tip_force.h>
 
+#include "kernel/known_provider.h"
 #include "kernel/text.h"
 #include "lua/program_state.h"
 #include "lua/provide.h"
@@ -90,7 +91,7 @@ Result<std::string> force_function_name(ProgramState& impl, lua_State* L) {
   std::size_t number = 1;
   std::string name;
   do name = std::string(kForceFunction) + std::to_string(number++);
-  while (impl.app.registry.find(TipForce::kInterfaceId, name).ok());
+  while (known_provider(impl.app.registry, TipForce::kInterfaceId, name).ok());
   ProviderSource source;
   source.origin = impl.plugin.empty() ? "lua" : impl.plugin;
   source.summary = "Function given as tip_force at " + place(L, 1) + ".";

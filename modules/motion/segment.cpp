@@ -10,6 +10,7 @@
 #include <robomosp/sdk/motion_law.h>
 #include <robomosp/sdk/orientation.h>
 
+#include "kernel/known_provider.h"
 #include "kernel/text.h"
 #include "model/placement.h"
 #include "motion/curve_walk.h"
@@ -40,9 +41,12 @@ Result<ProviderInfo> find_shape(const Registry& registry, const std::string& nam
                                 std::string_view where) {
   constexpr const char* kShapes[] = {CurveFactory::kInterfaceId, SegmentFactory::kInterfaceId,
                                      JointSegmentFactory::kInterfaceId};
-  for (const char* id : kShapes)
-    if (auto info = registry.find(id, name); !name.empty() && info.ok() && info->enabled)
-      return info;
+  for (const char* id : kShapes) {
+    if (name.empty()) break;
+    auto info = registry.find(id, name);
+    if (info.ok()) return info;
+    if (known_provider(registry, id, name).ok()) return std::move(info).error().in(where);  // disabled
+  }
   std::vector<std::string> names;
   for (const char* id : kShapes)
     for (const ProviderInfo& info : registry.list(id))

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "kernel/known_provider.h"
 #include "kernel/registry.h"
 
 #include <stdexcept>
@@ -80,7 +81,13 @@ TEST(Registry, TheDefaultIsTheChosenElseTheFirstEnabled) {
   ASSERT_TRUE(registry.set_enabled(id, "a", false).ok());
   EXPECT_EQ(registry.find(id, "")->name, "b");
   EXPECT_EQ(registry.create<Greeter>("a").error().sentence(),
-            "provider \"greeter a\" is disabled. Enable it or choose another one.");
+            "provider \"greeter a\" is disabled. provider.enable(\"greeter\", \"a\") enables it "
+            "again; or "
+            "choose another one.");
+  EXPECT_EQ(registry.find(id, "a").error().sentence(),
+            registry.create<Greeter>("a").error().sentence());
+  EXPECT_FALSE(registry.set_default(id, "a").ok());
+  EXPECT_FALSE(known_provider(registry, id, "a")->enabled);
   EXPECT_FALSE(registry.set_default(id, "zzz").ok());
   EXPECT_FALSE(registry.set_enabled(id, "zzz", true).ok());
 }
@@ -110,6 +117,10 @@ TEST(Registry, TheRevisionCountsEveryChange) {
   EXPECT_TRUE(changed());
   ASSERT_TRUE(registry.set_enabled(id, "a", false).ok());
   EXPECT_FALSE(changed());
+  ASSERT_FALSE(registry.set_default(id, "a").ok());
+  EXPECT_FALSE(changed());
+  ASSERT_TRUE(registry.set_enabled(id, "a", true).ok());
+  EXPECT_TRUE(changed());
   ASSERT_TRUE(registry.set_default(id, "a").ok());
   EXPECT_TRUE(changed());
   EXPECT_TRUE(registry.remove(id, "a"));

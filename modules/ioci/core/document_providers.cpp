@@ -53,7 +53,7 @@ void follow_document_providers(Application& app) {
     app.registry.set_document_defaults(chosen);
     for (const auto& [interface_id, name] : chosen) {
       const auto found = app.registry.find(interface_id, name);
-      if (!found.ok() || !found->enabled)
+      if (!found.ok())
         app.messages.post(Severity::warning, "default_missing",
                           app.registry.find(interface_id, "").ok()
                               ? "The document chooses the provider " + text::quote(name) + " of " +

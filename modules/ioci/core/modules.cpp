@@ -12,6 +12,7 @@
 
 #include "ioci/core/commands.h"
 #include "ioci/core/handle_text.h"
+#include "kernel/known_provider.h"
 #include "kernel/plugin_opening.h"
 #include "kernel/type.h"
 
@@ -184,7 +185,7 @@ Result<Value> run_command(const LoadedModule& m, const std::string& name, const 
                           Result<ModuleValue> (*run)(const Module&, const ModuleValue&,
                                                      ModuleCall&),
                           CommandContext& ctx, const Map& args) {
-  const auto info = ctx.app.registry.find(Module::kInterfaceId, m.name);
+  const auto info = known_provider(ctx.app.registry, Module::kInterfaceId, m.name);
   if (info.ok() && !info->enabled)
     return error(
         ErrorCode::unsupported,
@@ -415,7 +416,7 @@ void ModuleRunScope::with(const LoadedModule& m, const std::string& work, Call&&
 Result<void> ModuleRunScope::begin() {
   for (const LoadedModule* m : modules_.list()) {
     if ((m->runs & notice_.kind) == 0) continue;
-    const auto info = ctx_.app.registry.find(Module::kInterfaceId, m->name);
+    const auto info = known_provider(ctx_.app.registry, Module::kInterfaceId, m->name);
     if (info.ok() && !info->enabled) continue;
     Result<void> let;
     with(*m, "the hook before " + spec_.name, [&](ModuleCall& host) {

@@ -9,6 +9,7 @@
 #include "ioci/core/surroundings.h"
 #include "ioci/core/word_list.h"
 #include "kernel/interface_adapters.h"
+#include "kernel/known_provider.h"
 #include "kernel/permit.h"
 #include "kernel/plugin_faults.h"
 #include "kernel/plugin_run.h"
@@ -215,7 +216,7 @@ std::vector<ParamSpec> with_text(std::vector<ParamSpec> fields) {
 
 Result<Value> provider_params(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::string id, interface_of_word(text_of(args, "interface")));
-  RMP_TRY_ASSIGN(const auto info, ctx.app.registry.find(id, text_of(args, "name")));
+  RMP_TRY_ASSIGN(const auto info, known_provider(ctx.app.registry, id, text_of(args, "name")));
   List out;
   for (const ParamSpec& p : info.schema) {
     Map m = param_value(p);

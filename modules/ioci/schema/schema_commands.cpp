@@ -3,6 +3,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/interface_words.h"
 #include "ioci/schema/choices.h"
+#include "kernel/known_provider.h"
 #include "kernel/type.h"
 #include "kernel/type_forms.h"
 #include "model/field_types.h"
@@ -39,7 +40,8 @@ Result<FormOf> form_of(CommandContext& ctx, const Map& args) {
                  "provider = \"numeric\".",
                  "command");
   RMP_TRY_ASSIGN(const std::string id, interface_of_word(interface));
-  RMP_TRY_ASSIGN(const ProviderInfo info, ctx.app.registry.find(id, text_of(args, "provider")));
+  RMP_TRY_ASSIGN(const ProviderInfo info,
+                 known_provider(ctx.app.registry, id, text_of(args, "provider")));
   return FormOf{info.interface_id + " " + info.name, info.summary, info.schema};
 }
 
