@@ -9,6 +9,7 @@
 #include "document/validate.h"
 #include "io/declared_reader.h"
 #include "io/expressions.h"
+#include "io/plain_fields.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 #include "model/parametric.h"
@@ -79,7 +80,7 @@ class Binder : public DeclaredReader {
     }
     if (root) RMP_TRY(nodes(s, *root));
     out_.record.body = std::move(s);
-    return {};
+    return look_up_names();
   }
 
   /// Fields stand in pre-order, so one pass over them makes the flat tree at any depth.
@@ -153,6 +154,9 @@ class Binder : public DeclaredReader {
                            false, true});
       rules.push_back(string("source", geometry.source));
     }
+    add_rules({&type_of<SolidNode>(), &n, way_to<Solid>("nodes", index),
+               "node " + (n.name.empty() ? std::string(info.name) : quote(n.name)), 0},
+              plain_node_fields(), i, rules);
     const Skip is_inner = [&](Index k) { return csg_kind(at(k)).has_value(); };
     RMP_TRY(need_block(i));
     RMP_TRY(block(i, article(at(i).name), rules, is_inner));
@@ -304,7 +308,7 @@ class Binder : public DeclaredReader {
     for (const Index i : pose_fields) RMP_TRY(pose(i, r, units, poses));
     for (const Index i : axis_fields) RMP_TRY(maker_axis(i, r, axes));
     out_.record.body = std::move(r);
-    return {};
+    return look_up_names();
   }
 
   /// `axis J3 { link forearm  sign -1  offset 90 deg  coupled { link upper_arm  ratio -1 } }`
@@ -377,78 +381,66 @@ class Binder : public DeclaredReader {
       if (at(k).name == "joint") l.joint = joint_kind(at(k).text).value_or(l.joint);
     const bool slides = l.joint == JointKind::prismatic;
     bool has_row = false;
-    Result<void> fields_read = block(
-        i, "a link",
-        {Rule{"parent", [&](Index k) { return parent(k, r, l); }},
-         words("joint", {kJointWords.begin(), kJointWords.end()},
-               [&](std::size_t k) { l.joint = static_cast<JointKind>(k); }),
-         words("convention", {"dh", "mdh"},
-               [&](std::size_t k) { l.convention = static_cast<Convention>(k); }),
-         placement_block("origin", l.origin), tuple("axis", "", l.axis),
-         Rule{"mimic",
-              [&](Index k) -> Result<void> {
-                RMP_TRY(need_block(k, true));
-                Mimic& m = l.mimic.emplace();
-                Rule link_rule{"link", [&](Index n) { return earlier_link(n, r, l, m.link); }};
-                link_rule.is_required = true;
-                return block(k, "a mimic joint",
-                             {std::move(link_rule), number("ratio", "", m.ratio),
-                              number("offset", slides ? "m" : "rad", m.offset)});
-              }},
-         words("passive", {"false", "true"}, [&](std::size_t k) { l.passive = k == 1; }),
-         Rule{"row",
-              [&](Index k) -> Result<void> {
-                has_row = true;
-                RMP_TRY(need_block(k, true));
-                return block(k, "a DH row",
-                             {number("a", "m", l.row.a), number("alpha", "rad", l.row.alpha),
-                              number("d", "m", l.row.d), number("theta", "rad", l.row.theta)});
-              }},
-         Rule{"limits",
-              [&](Index k) -> Result<void> {
-                std::array<double, 2> v{};
-                RMP_TRY(read_tuple(k, slides ? "m" : "rad", v));
-                l.lower = v[0];
-                l.upper = v[1];
-                return {};
-              }},
-         number("max_velocity", slides ? "m/s" : "rad/s", l.max_velocity),
-         number("max_acceleration", slides ? "m/s^2" : "rad/s^2", l.max_acceleration),
-         number("max_jerk", slides ? "m/s^3" : "rad/s^3", l.max_jerk),
-         number("max_force", slides ? "N" : "N m", l.max_force),
-         Rule{"drive",
-              [&](Index k) -> Result<void> {
-                RMP_TRY(need_block(k, true));
-                return block(k, "a drive",
-                             {number("motor_inertia", "kg m^2", l.drive.motor_inertia),
-                              number("gear_ratio", "", l.drive.gear_ratio),
-                              number("viscous", "N m s/rad", l.drive.viscous),
-                              Rule{"coulomb", [&](Index c) -> Result<void> {
-                                     std::array<double, 2> v{};
-                                     RMP_TRY(read_tuple(c, "N m", v));
-                                     l.drive.coulomb_positive = v[0];
-                                     l.drive.coulomb_negative = v[1];
-                                     return {};
-                                   }}});
-              }},
-         Rule{"spring",
-              [&](Index k) -> Result<void> {
-                RMP_TRY(need_block(k, true));
-                return block(k, "a spring",
-                             {number("stiffness", slides ? "N/m" : "N m/rad", l.spring.stiffness),
-                              number("rest", slides ? "m" : "rad", l.spring.rest)});
-              }},
-         mass_block("given", "the given mass properties", l.given),
-         repeated("part",
-                  [&](Index k) -> Result<void> {
-                    const std::size_t p = l.parts.size();
-                    return body_part(k, "a part of link " + quote(l.name), l.parts,
-                                     [index, p](Body& b, AnyId id) {
-                                       std::get<Robot>(b).links[index].parts[p].what = id;
-                                     });
-                  }),
-         words("visible", {"false", "true"}, [&](std::size_t k) { l.visible = k == 1; })});
-    RMP_TRY(std::move(fields_read));
+    std::vector<Rule> rules{
+        Rule{"parent", [&](Index k) { return parent(k, r, l); }},
+        words("joint", {kJointWords.begin(), kJointWords.end()},
+              [&](std::size_t k) { l.joint = static_cast<JointKind>(k); }),
+        words("convention", {"dh", "mdh"},
+              [&](std::size_t k) { l.convention = static_cast<Convention>(k); }),
+        placement_block("origin", l.origin),
+        tuple("axis", "", l.axis),
+        Rule{"mimic",
+             [&](Index k) -> Result<void> {
+               RMP_TRY(need_block(k, true));
+               Mimic& m = l.mimic.emplace();
+               Rule link_rule{"link", [&](Index n) { return earlier_link(n, r, l, m.link); }};
+               link_rule.is_required = true;
+               return block(k, "a mimic joint",
+                            {std::move(link_rule), number("ratio", "", m.ratio),
+                             number("offset", slides ? "m" : "rad", m.offset)});
+             }},
+        Rule{"row",
+             [&](Index k) -> Result<void> {
+               has_row = true;
+               RMP_TRY(need_block(k, true));
+               return block(k, "a DH row",
+                            {number("a", "m", l.row.a), number("alpha", "rad", l.row.alpha),
+                             number("d", "m", l.row.d), number("theta", "rad", l.row.theta)});
+             }},
+        Rule{"limits",
+             [&](Index k) -> Result<void> {
+               std::array<double, 2> v{};
+               RMP_TRY(read_tuple(k, slides ? "m" : "rad", v));
+               l.lower = v[0];
+               l.upper = v[1];
+               return {};
+             }},
+        Rule{"drive",
+             [&](Index k) -> Result<void> {
+               RMP_TRY(need_block(k, true));
+               std::vector<Rule> of_drive{Rule{"coulomb", [&](Index c) -> Result<void> {
+                                                 std::array<double, 2> v{};
+                                                 RMP_TRY(read_tuple(c, "N m", v));
+                                                 l.drive.coulomb_positive = v[0];
+                                                 l.drive.coulomb_negative = v[1];
+                                                 return {};
+                                               }}};
+               add_rules({&type_of<Drive>(), &l.drive, {}, "the drive", 0}, plain_drive_fields(), k,
+                         of_drive);
+               return block(k, "a drive", of_drive);
+             }},
+        mass_block("given", "the given mass properties", l.given),
+        repeated("part", [&](Index k) -> Result<void> {
+          const std::size_t p = l.parts.size();
+          return body_part(k, "a part of link " + quote(l.name), l.parts,
+                           [index, p](Body& b, AnyId id) {
+                             std::get<Robot>(b).links[index].parts[p].what = id;
+                           });
+        })};
+    add_rules({&type_of<Link>(), &l, way_to<Robot>("links", index), "link " + quote(l.name),
+               slides ? 1U : 0U},
+              plain_link_fields(), i, rules);
+    RMP_TRY(block(i, "a link", rules));
     if (!has_row && !l.origin)
       return fail(i, "\"row\" is missing in a link",
                   "Give its row, or origin and axis of its joint.");
@@ -586,7 +578,7 @@ class Binder : public DeclaredReader {
                               out_.places[{"segment", t.segments.size()}] = at(i).offset;
                               RMP_TRY_ASSIGN(auto s, at(i).argument == Argument::none
                                                          ? stored_segment(i, t)
-                                                         : shaped_segment(i));
+                                                         : shaped_segment(i, t));
                               t.segments.push_back(std::move(s));
                               return {};
                             })};
@@ -594,10 +586,15 @@ class Binder : public DeclaredReader {
     add_rules({&type, &t, {}, {}, 0}, *type.field("along"), rules);
     RMP_TRY(block(kFile, "a trajectory", rules));
     out_.record.body = std::move(t);
-    return {};
+    return look_up_names();
+  }
+  static Target segment_target(TrajectorySegment& s, const Trajectory& t) {
+    const std::size_t k = t.segments.size();
+    return {&type_of<TrajectorySegment>(), &s, way_to<Trajectory>("segments", k),
+            "segment " + std::to_string(k + 1), 0};
   }
   /// `segment line { point { ... }  point { ... }  speed 10 mm/s  law trapezoidal { ... } }`
-  Result<TrajectorySegment> shaped_segment(Index i) {
+  Result<TrajectorySegment> shaped_segment(Index i, const Trajectory& t) {
     TrajectorySegment s;
     RMP_TRY(read_name(i, s.shape.name, "segment"));
     RMP_TRY(need_block(i));
@@ -616,6 +613,7 @@ class Binder : public DeclaredReader {
       s.joints.emplace_back();
       return joint_values(k, s.joints.back());
     }));
+    add_rules(segment_target(s, t), plain_segment_fields(), i, rules);
     const auto is_parameter = [&](Index k) {
       return std::none_of(rules.begin(), rules.end(),
                           [&](const Rule& r) { return r.name == at(k).name; });
@@ -636,6 +634,7 @@ class Binder : public DeclaredReader {
         transition(s.transition)};
     rules.front().is_required = true;
     placement(rules, s.placement);
+    add_rules(segment_target(s, t), plain_segment_fields(), i, rules);
     RMP_TRY(block(i, "a stored segment", rules));
     return s;
   }
@@ -683,62 +682,33 @@ class Binder : public DeclaredReader {
       t.steps.push_back(std::move(s));
     }
     out_.record.body = std::move(t);
-    return {};
+    return look_up_names();
   }
   Result<void> step(Index i, std::size_t k, TaskStep& s) {
+    const std::string shown = "step " + std::to_string(k + 1);
+    const Target target{&type_of<TaskStep>(), &s, way_to<Task>("steps", k), shown, 0};
     std::vector<Rule> rules;
-    const Rule actor = string("robot", s.robot);
-    switch (s.kind) {
-      case StepKind::move:
-        rules = {
-            actor,
-            reference(
-                "trajectory", {Kind::trajectory}, "step " + std::to_string(k + 1),
-                [k](Body& b, AnyId id) { std::get<Task>(b).steps[k].trajectory = {id.number}; }),
-            string("pose", s.pose),
-            Rule{"joints", [&](Index q) { return joint_values(q, s.joints); }},
-            placement_block("target", s.target),
-            string("frame", s.frame),
-            string("tool", s.link),
-            words("profile", {"quintic", "trapezoidal", "s_curve", "time_optimal"},
-                  [&](std::size_t n) {
-                    constexpr const char* kProfiles[] = {"quintic", "trapezoidal", "s_curve",
-                                                         "time_optimal"};
-                    s.profile = kProfiles[n];
-                  }),
-            words("path", {"joint", "straight"}, [&](std::size_t n) { s.is_straight = n == 1; }),
-            number("speed", "", s.speed),
-            number("tool_speed", "m/s", s.tool_speed),
-            number("duration", "s", s.duration)};
-        break;
-      case StepKind::attach:
-        rules = {actor, string("object", s.object), string("link", s.link), string("tcp", s.tcp),
-                 number("reach", "m", s.reach)};
-        break;
-      case StepKind::detach: rules = {string("object", s.object)}; break;
-      case StepKind::set:
-        rules = {string("signal", s.signal), string("value", s.expression)};
-        break;
-      case StepKind::wait:
-        rules = {number("time", "s", s.duration), string("condition", s.expression),
-                 number("timeout", "s", s.timeout)};
-        break;
-      case StepKind::call:
-        rules = {actor, reference("task", {Kind::task}, "step " + std::to_string(k + 1),
-                                  [k](Body& b, AnyId id) {
-                                    std::get<Task>(b).steps[k].task = {id.number};
-                                  })};
-        rules.back().is_required = true;
-        break;
-      case StepKind::repeat: rules = {count("count", s.count)}; break;
-      case StepKind::when: rules = {string("condition", s.expression)}; break;
-      case StepKind::otherwise: break;
-      case StepKind::message: rules = {string("text", s.text)}; break;
+    PlainFields plain;
+    for (const model::Field* f : file_step_fields(s.kind))
+      if (!is_step_form(f->name)) plain.push_back(f);
+    add_rules(target, plain, i, rules);
+    if (s.kind == StepKind::move) {
+      static constexpr std::array<const char*, 4> kProfiles{"quintic", "trapezoidal", "s_curve",
+                                                            "time_optimal"};
+      rules.push_back(words("profile", {kProfiles.begin(), kProfiles.end()},
+                            [&](std::size_t n) { s.profile = kProfiles[n]; }));
+      rules.push_back(
+          words("path", {"joint", "straight"}, [&](std::size_t n) { s.is_straight = n == 1; }));
     }
     const Skip is_inner = [&](Index n) { return is_block(s.kind) && step_kind(at(n)).has_value(); };
-    return block(i, "step " + std::to_string(k + 1) + " (" + std::string(to_string(s.kind)) + ")",
-                 rules, is_inner);
+    return block(i, shown + " (" + std::string(to_string(s.kind)) + ")", rules, is_inner);
   }
+  /// The path of an element of a list of the record, in memory.
+  template <class R>
+  static Way way_to(std::string_view list, std::size_t index) {
+    return {{type_of<R>().field(list), 0}, {nullptr, index}};
+  }
+
   std::unordered_map<std::string, std::int32_t> place_of_link_;  ///< of those read so far
   std::vector<Index> tool_fields_;                               ///< of the robot's further tools
   std::vector<Index> attached_fields_;                           ///< of the tools attached to it

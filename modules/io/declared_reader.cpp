@@ -93,6 +93,21 @@ void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rul
   out.back().is_required = f.is_needed;
 }
 
+void DeclaredReader::add_rules(const Target& t, const std::vector<const Member*>& fields,
+                               Index owner, std::vector<Rule>& out) {
+  const auto is_given = [&](std::string_view word) {
+    for (Index k = owner + 1; k < at(owner).end; k = at(k).end)
+      if (at(k).name == word) return true;
+    return false;
+  };
+  for (const Member* f : fields) {
+    const Shape shape = f->type->shape;
+    const bool has_one_word = shape != Shape::list && !f->is_path_flat && !f->is_written_by_kind;
+    if (!has_one_word || is_given(f->word_in_files())) add_rules(t, *f, out);
+    else out.push_back({f->word_in_files(), nullptr, false, f->is_needed});
+  }
+}
+
 Result<void> DeclaredReader::need_references(const Target& t, Index block) {
   for (const Member& f : t.type->fields)
     if (f.is_written_by_kind && f.is_needed) return need_body(block);

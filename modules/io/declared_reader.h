@@ -31,6 +31,10 @@ class DeclaredReader : public FieldReader {
   [[nodiscard]] std::vector<Rule> rules_of(const Target&);
   /// The rule for one field.
   void add_rules(const Target&, const model::Field&, std::vector<Rule>& out);
+  /// The rules for those of the fields that are in the block `owner`, and the names of the
+  /// others.
+  void add_rules(const Target&, const std::vector<const model::Field*>&, Index owner,
+                 std::vector<Rule>& out);
   /// Checks that a reference has at least one of the words that can provide it.
   Result<void> need_references(const Target&, Index block);
 

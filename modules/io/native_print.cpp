@@ -10,6 +10,7 @@
 
 #include "io/expressions.h"
 #include "io/geometry.h"
+#include "io/plain_fields.h"
 #include "io/syntax.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
@@ -86,13 +87,13 @@ class Printer {
   std::string run(const Record& r) {
     line("robomosp " + std::string(to_string(r.kind())) + " " + std::to_string(kVersion));
     line("name " + name(r.name));
+    record_ = content(r.body);
     switch (r.kind()) {
       case Kind::solid: print(std::get<Solid>(r.body)); break;
       case Kind::robot: print(std::get<Robot>(r.body)); break;
       case Kind::trajectory: print(std::get<Trajectory>(r.body)); break;
       case Kind::task: print(std::get<Task>(r.body)); break;
       default: {
-        record_ = content(r.body);
         for (const Entry& e : entries(*record_.type, record_.data, 0)) put(e);
       }
     }
@@ -160,6 +161,8 @@ class Printer {
       fields.push_back("geometry " + quote(geometry_file_name(file_, *n.geometry)));
       if (!n.geometry->source.empty()) fields.push_back("source " + quote(n.geometry->source));
     }
+    for (const Entry& e : plain(plain_node_fields(), type_of<SolidNode>(), &n))
+      fields.push_back(on_one_line(e));
     if (n.kind != CsgKind::custom) return fields;
     std::string primitive = "primitive " + name(n.primitive.name);
     if (!n.primitive.params.empty()) {
@@ -264,6 +267,22 @@ class Printer {
     block(e.text, fields);
   }
 
+  static std::string on_one_line(const Entry& e) {
+    if (!e.is_block) return e.text;
+    std::string out = e.text + " {";
+    for (const Entry& i : e.inner) out += " " + on_one_line(i);
+    return out + " }";
+  }
+  /// Fields that are written as declared, of a struct that has others.
+  [[nodiscard]] std::vector<Entry> plain(const PlainFields& fields, const Type& t,
+                                         const void* p) const {
+    std::vector<Entry> out;
+    const std::size_t alternative = t.alternative ? t.alternative(p) : 0;
+    for (const model::Field* f : fields)
+      if (!f->counts || f->counts(p)) add_entries(t, *f, p, alternative, out);
+    return out;
+  }
+
   [[nodiscard]] std::vector<Entry> entries(const Type& t, const void* p,
                                            std::size_t alternative) const {
     if (&t == &type_of<Placement>()) return lines(placement(*static_cast<const Placement*>(p)));
@@ -354,7 +373,7 @@ class Printer {
       case Shape::real: {
         const auto& number = *static_cast<const double*>(v);
         if (!f.is_unit_written) return quantity(number, unit(0));
-        return io::quantity(number, unit(0)) + " " + std::string(unit(0)) + texts_.behind(number);
+        return units::print_with_unit(number, unit(0)) + texts_.behind(number);
       }
       case Shape::text: return quote(*static_cast<const std::string*>(v));
       case Shape::word: return std::string(type.word_of(v));
@@ -476,37 +495,28 @@ class Printer {
         fields.push_back("offset " + quantity(l.mimic->offset, slides ? "m" : "rad"));
       block("mimic", fields);
     }
-    if (l.passive) line("passive true");
-    if (differs(l.lower, d.lower) || differs(l.upper, d.upper))
-      line("limits " + pair(l.lower, l.upper, slides ? "m" : "rad"));
-    if (differs(l.max_velocity, d.max_velocity))
-      line("max_velocity " + quantity(l.max_velocity, slides ? "m/s" : "rad/s"));
-    if (differs(l.max_acceleration, d.max_acceleration))
-      line("max_acceleration " + quantity(l.max_acceleration, slides ? "m/s^2" : "rad/s^2"));
-    if (differs(l.max_jerk, d.max_jerk))
-      line("max_jerk " + quantity(l.max_jerk, slides ? "m/s^3" : "rad/s^3"));
-    if (differs(l.max_force, d.max_force))
-      line("max_force " + quantity(l.max_force, slides ? "N" : "N m"));
-    std::vector<std::string> drive;
-    if (differs(l.drive.motor_inertia, 0))
-      drive.push_back("motor_inertia " + quantity(l.drive.motor_inertia, "kg m^2"));
-    if (differs(l.drive.gear_ratio, 1))
-      drive.push_back("gear_ratio " + quantity(l.drive.gear_ratio, ""));
-    if (differs(l.drive.viscous, 0))
-      drive.push_back("viscous " + quantity(l.drive.viscous, "N m s/rad"));
-    if (differs(l.drive.coulomb_positive, 0) || differs(l.drive.coulomb_negative, 0))
-      drive.push_back("coulomb " + pair(l.drive.coulomb_positive, l.drive.coulomb_negative, "N m"));
-    if (!drive.empty()) block("drive", drive);
-    std::vector<std::string> spring;
-    if (differs(l.spring.stiffness, 0))
-      spring.push_back("stiffness " + quantity(l.spring.stiffness, slides ? "N/m" : "N m/rad"));
-    if (differs(l.spring.rest, 0))
-      spring.push_back("rest " + quantity(l.spring.rest, slides ? "m" : "rad"));
-    if (!spring.empty()) block("spring", spring);
-    if (l.given) block("given", mass(*l.given));
-    for (const auto& p : l.parts) block("part", body(p.what, p.placement));
-    if (!l.visible) line("visible false");
+    // In order of declaration, as the files have always been written.
+    const PlainFields& plain_fields = plain_link_fields();
+    const Type& type = type_of<Link>();
+    for (const model::Field& f : type.fields) {
+      if (f.name == "lower" && (differs(l.lower, d.lower) || differs(l.upper, d.upper)))
+        line("limits " + pair(l.lower, l.upper, slides ? "m" : "rad"));
+      else if (f.name == "drive") drive(l.drive);
+      else if (f.name == "given" && l.given) block("given", mass(*l.given));
+      else if (f.name == "parts")
+        for (const auto& p : l.parts) block("part", body(p.what, p.placement));
+      else if (std::find(plain_fields.begin(), plain_fields.end(), &f) != plain_fields.end())
+        for (const Entry& e : plain({&f}, type, &l)) put(e);
+    }
     close();
+  }
+  void drive(const Drive& d) {
+    std::vector<std::string> fields;
+    for (const Entry& e : plain(plain_drive_fields(), type_of<Drive>(), &d))
+      fields.push_back(on_one_line(e));
+    if (differs(d.coulomb_positive, 0) || differs(d.coulomb_negative, 0))
+      fields.push_back("coulomb " + pair(d.coulomb_positive, d.coulomb_negative, "N m"));
+    if (!fields.empty()) block("drive", fields);
   }
 
   [[nodiscard]] static std::string link_name(const Robot& r, std::int32_t link) {
@@ -575,6 +585,7 @@ class Printer {
         for (const auto& q : s.joints) line("joints " + joint_values(Robot{}, q));
       }
       transition(s.transition);
+      for (const Entry& e : plain(plain_segment_fields(), type_of<TrajectorySegment>(), &s)) put(e);
       close();
     }
   }
@@ -615,41 +626,16 @@ class Printer {
   }
   [[nodiscard]] std::vector<std::string> step(const TaskStep& s) const {
     std::vector<std::string> fields;
-    const auto text = [&](const char* field, const std::string& value) {
-      if (!value.empty()) fields.push_back(std::string(field) + " " + quote(value));
-    };
-    const auto number = [&](const char* field, const double& value, double standard,
-                            const char* unit) {
-      if (differs(value, standard))
-        fields.push_back(std::string(field) + " " + units::print_with_unit(value, unit) +
-                         texts_.behind(value));
-    };
-    const bool is_move = s.kind == StepKind::move;
-    text("robot", s.robot);
-    if (s.trajectory) text("trajectory", path_of_(s.trajectory));
-    text("pose", s.pose);
-    if (!s.joints.empty()) fields.push_back("joints " + joint_values(Robot{}, s.joints));
-    if (s.target) {
-      std::string target = "target {";
-      for (const auto& f : placement(*s.target)) target += " " + f;
-      fields.push_back(target + " }");
+    const Type& type = type_of<TaskStep>();
+    for (const model::Field* f : file_step_fields(s.kind)) {
+      if (f->name == "profile") {
+        if (!s.profile.empty()) fields.push_back("profile " + s.profile);
+      } else if (f->name == "is_straight") {
+        if (s.is_straight) fields.emplace_back("path straight");
+      } else {
+        for (const Entry& e : plain({f}, type, &s)) fields.push_back(on_one_line(e));
+      }
     }
-    text("frame", s.frame);
-    if (!s.profile.empty()) fields.push_back("profile " + s.profile);
-    if (s.is_straight) fields.emplace_back("path straight");
-    number("speed", s.speed, 1, "");
-    number("tool_speed", s.tool_speed, 0, "m/s");
-    number(is_move ? "duration" : "time", s.duration, 0, "s");
-    text("object", s.object);
-    text(is_move ? "tool" : "link", s.link);
-    text("tcp", s.tcp);
-    number("reach", s.reach, 0, "m");
-    text("signal", s.signal);
-    text(s.kind == StepKind::set ? "value" : "condition", s.expression);
-    number("timeout", s.timeout, 0, "s");
-    if (s.task) text("task", path_of_(s.task));
-    if (s.kind == StepKind::repeat) fields.push_back("count " + std::to_string(s.count));
-    text("text", s.text);
     return fields;
   }
 

@@ -10,8 +10,8 @@
 #include "ioci/program/in_world.h"
 #include "ioci/records/field_values.h"
 #include "ioci/trajectory/segments.h"
-#include "kernel/check.h"
 #include "kernel/type.h"
+#include "model/step_fields.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -20,30 +20,6 @@ using model::StepKind;
 using model::TaskStep;
 
 constexpr std::size_t kDeepest = 60;  ///< blocks inside each other
-
-/// What steps call a field of TaskStep that has another name there.
-struct StepWord {
-  std::string_view field;
-  std::string_view kinds;  ///< of steps, separated by blanks; "" = the others
-  std::string_view word;
-};
-constexpr StepWord kStepFieldWords[] = {
-    {"link", "move", "tool"},        {"duration", "wait", "time"}, {"expression", "set", "value"},
-    {"expression", "", "condition"}, {"is_straight", "", "path"},
-};
-
-bool is_kind_among(StepKind kind, std::string_view kinds) {
-  if (kinds.empty()) return true;
-  for (const std::string_view word : text::split(kinds, ' '))
-    if (word == to_string(kind)) return true;
-  return false;
-}
-
-std::string_view step_word(std::string_view field, StepKind kind) {
-  for (const StepWord& w : kStepFieldWords)
-    if (w.field == field && is_kind_among(kind, w.kinds)) return w.word;
-  return field;
-}
 
 /// What a step says more than the field's declaration.
 struct StepNote {
@@ -76,37 +52,6 @@ constexpr StepNote kStepNotes[] = {
     {"message", "text", true},
 };
 
-/// A condition over the fields of TaskStep as one over those of a kind of step: parts that the kind
-/// decides are left out. nullopt = it never holds. Conditions have no brackets (model/field_types).
-std::optional<std::string> condition_of(StepKind kind, std::string_view text) {
-  std::string out;
-  for (std::string_view rest = text; !rest.empty();) {
-    const std::size_t end = std::min(rest.find(" or "), rest.size());
-    std::string_view all = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 4, rest.size()));
-    std::string part;
-    bool holds = true;
-    while (!all.empty()) {
-      const std::size_t stop = std::min(all.find(" and "), all.size());
-      const std::string_view test = all.substr(0, stop);
-      all.remove_prefix(std::min(stop + 5, all.size()));
-      const auto parsed = Condition::parse(test);
-      RMP_CHECK(parsed.ok() && parsed->tests().size() == 1, std::string(test).c_str());
-      const Condition::Test& t = parsed->tests()[0];
-      if (t.field == "kind") {
-        holds = holds && parsed->holds(Map{{"kind", std::string(to_string(kind))}});
-        continue;
-      }
-      part += (part.empty() ? "" : " and ") + std::string(step_word(t.field, kind)) +
-              std::string(test.substr(t.field.size()));
-    }
-    if (!holds) continue;
-    if (part.empty()) return "";  // always
-    out += (out.empty() ? "" : " or ") + part;
-  }
-  return out.empty() ? std::nullopt : std::optional(out);
-}
-
 /// The type without its condition.
 std::string without_when(std::string type) {
   const std::size_t at = type.find("@when(");
@@ -121,14 +66,14 @@ Schema make_step_params(StepKind kind) {
   for (ParamSpec& p : record_params("task", "steps")) {
     if (p.name == "kind" || p.name == "parent") continue;
     const Condition& when = notes_of(p).when;
-    const auto left =
-        when.is_always() ? std::optional<std::string>("") : condition_of(kind, when.text());
+    const auto left = when.is_always() ? std::optional<std::string>("")
+                                       : model::step_condition(kind, when.text());
     if (!left) continue;
     p.type = without_when(std::move(p.type));
-    p.name = step_word(p.name, kind);
+    p.name = model::step_word(p.name, kind);
     std::string notes = left->empty() ? std::string() : "@when(" + *left + ")";
     for (const StepNote& n : kStepNotes) {
-      if (n.word != p.name || !is_kind_among(kind, n.kinds)) continue;
+      if (n.word != p.name || !model::is_step_kind_among(kind, n.kinds)) continue;
       p.required = n.is_needed;
       if (n.type.starts_with('@')) notes = n.type;
       else if (!n.type.empty()) p.type = n.type, notes.clear();
@@ -190,7 +135,8 @@ Result<TaskStep> read_one(const CommandContext& ctx, StepKind kind, const Value&
   RMP_TRY_ASSIGN(const Map given, read_map(ctx, step_schema(kind), Value(rest), path));
   Map fields;
   for (const model::Field& f : model::type_of<TaskStep>().fields)
-    if (const Value* v = given.find(step_word(f.name, kind))) fields.set(std::string(f.name), *v);
+    if (const Value* v = given.find(model::step_word(f.name, kind)))
+      fields.set(std::string(f.name), *v);
   TaskStep s;
   RMP_TRY(set_fields(s, fields, {"target", "is_straight", "expression"}));
   s.kind = kind;
@@ -273,7 +219,7 @@ Value steps_value(const document::Snapshot& snapshot, const model::Task& task) {
       Value v = changed_value(&snapshot, type, f, &s);
       if (f.name == "is_straight" && s.is_straight) v = Value("straight");
       if (f.name == "count" && s.kind == StepKind::repeat) v = Value(s.count);
-      if (!v.is_nil()) m.set(std::string(step_word(f.name, s.kind)), std::move(v));
+      if (!v.is_nil()) m.set(std::string(model::step_word(f.name, s.kind)), std::move(v));
     }
     out.emplace_back(std::move(m));
   }
