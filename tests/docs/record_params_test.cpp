@@ -394,6 +394,51 @@ TEST(RecordParams, ToolsLoopsPosesAndAxesHaveEachFieldOfTheRecord) {
           {"external", "Compared below."}});
 }
 
+TEST(RecordParams, SegmentsHaveEachFieldOfTheRecord) {
+  const char* const stored = "Of a stored trajectory only.";
+  std::map<std::string, std::string> other{{"shape", "It is given in each call."},
+                                           {"joints", "Of shapes that move joints."},
+                                           {"stored", "It is trajectory there."}};
+  for (const char* name : {"position", "cylindrical", "spherical", "rpy", "xyz", "zyz",
+                           "quaternion", "axis_angle", "placement"})
+    other[name] = stored;
+  compare({.kind = "trajectory",
+           .record = "seam",
+           .path = "segments",
+           .at = "segments[1].",
+           .setup = "trajectory.create{name = \"seam\", segments = {{shape = \"line\", points = "
+                    "{{0, 0, 0}, {0.1, 0, 0}}}}}",
+           .call = "trajectory.get(\"seam\"):set_segment(1, {shape = \"line\"$})",
+           .add = "",
+           .given = {{"law", {"\"constant_speed\""}},
+                     {"orientation", {"\"slerp\""}},
+                     {"turning", {"\"constant_speed\""}},
+                     {"points", {"{{0, 0, 0, 0, 0, 0}, {0.2, 0, 0, 0, 0, 0}}"}},
+                     {"transition", {"\"none\"", "", "", "transition", "{is_smooth = false}"}}},
+           .other = other});
+}
+
+TEST(RecordParams, NodesHaveEachFieldOfTheRecord) {
+  const char* const own = "It has a form of its own: solid_nodes_test.";
+  std::map<std::string, std::string> other{{"kind", "It is given in each call."},
+                                           {"parent", "The tree says it."}};
+  for (const char* name :
+       {"sizes", "profile", "geometry", "select", "primitive", "is_global", "is_centred"})
+    other[name] = own;
+  const std::string box =
+      "solid.create{name = \"pin\", root = {kind = \"box\", name = \"body\", x = 0.1, y = 0.1, z = "
+      "0.1";
+  compare({.kind = "solid",
+           .record = "pin",
+           .path = "nodes",
+           .at = "nodes[1].",
+           .setup = "",
+           .call = box + "$}}",
+           .add = box + "}}",
+           .given = with_placement({}),
+           .other = other});
+}
+
 TEST(RecordParams, SidesOfALoopAreLinkAndFrame) {
   Case c{.kind = "robot",
          .record = "arm",

@@ -245,14 +245,21 @@ Map field_map(const document::Snapshot& s, const Field& f, const void* standard)
 
 // ---- from values to a record ----
 
+/// Row and column of each number of a Sym3.
+constexpr std::pair<std::size_t, std::size_t> kSym3Places[] = {{0, 0}, {1, 1}, {2, 2},
+                                                               {0, 1}, {1, 2}, {0, 2}};
+
 class Reader {
  public:
-  Reader(const CommandContext& ctx, const model::Body& body) : ctx_(ctx), body_(body) {}
+  Reader(CommandContext& ctx, const model::Body& body) : ctx_(ctx), body_(body) {}
+
+  /// Expressions that were given for numbers, by path.
+  std::map<std::string, std::string> expressions;
 
   /// `field` and `owner`: what the value is a part of.
   Result<void> read(const Type& t, void* p, const Field& f, const void* owner,
                     std::size_t component, std::size_t alternative, const Value& v,
-                    const std::string& path) const {
+                    const std::string& path) {
     if (f.is_read_only)
       return error(ErrorCode::unsupported, text::quote(path) + " cannot be set",
                    "It is computed from the content.");
@@ -274,6 +281,8 @@ class Reader {
       RMP_TRY_ASSIGN(*static_cast<model::ProviderChoice*>(p), read_provider(v, path));
       return {};
     }
+    RMP_TRY_ASSIGN(const bool is_read, read_own(t, p, alternative, v, path));
+    if (is_read) return {};
     const auto store = [&](const Value& checked) -> Result<void> {
       RMP_TRY(set_checked_value(t, f, p, checked));
       return {};
@@ -310,9 +319,7 @@ class Reader {
           t.set_id(p, {});
           return {};
         }
-        RMP_TRY_ASSIGN(const AnyId id, read_ref(ctx_, kinds_text(kinds_of(f, t)), v, path));
-        t.set_id(p, id);
-        return {};
+        return reference(t, p, kinds_text(kinds_of(f, t)), v, path);
       }
       case Shape::setting: {
         RMP_TRY_ASSIGN(auto one, read_provider(Map{{"params", Map{{"value", v}}}}, path));
@@ -345,6 +352,64 @@ class Reader {
   }
 
  private:
+  Result<void> reference(const Type& t, void* p, const std::string& kinds, const Value& v,
+                         const std::string& path) {
+    RMP_TRY_ASSIGN(const AnyId id, read_ref(ctx_, kinds, v, path));
+    t.set_id(p, id);
+    return {};
+  }
+
+  /// Forms of record.describe that differ from the fields.
+  Result<bool> read_own(const Type& t, void* p, std::size_t alternative, const Value& v,
+                        const std::string& path) {
+    const Type* const element = t.shape == Shape::list ? t.element : nullptr;
+    for (const OwnForm& form : OwnFormFile::all()) {
+      if ((form.is_list ? element : &t) != &form.type()) continue;
+      RMP_TRY_ASSIGN(const bool is_own, form.read(ctx_, p, v, path));
+      if (is_own) return true;
+    }
+    if (element == &type_of<model::NamedPose>() && v.as_map()) {
+      auto& poses = *static_cast<std::vector<model::NamedPose>*>(p);
+      const Field& q = *element->field("q");
+      poses.clear();
+      for (const auto& [name, values] : *v.as_map()) {
+        poses.push_back({name, {}});
+        RMP_TRY(read(*q.type, &poses.back().q, q, &poses.back(), model::kNoComponent, alternative,
+                     values, path + "." + name));
+      }
+      return true;
+    }
+    if (element == &type_of<model::SolidNode>() && v.as_list()) {
+      const bool is_flat =
+          std::none_of(v.as_list()->begin(), v.as_list()->end(), [](const Value& n) {
+            const Map* m = n.as_map();
+            return !m || m->find("sizes") || m->find("is_global") || m->find("is_centred");
+          });
+      if (!is_flat) return false;
+      RMP_TRY_ASSIGN(model::Branch made, read_flat_nodes(ctx_, *v.as_list(), path));
+      *static_cast<std::vector<model::SolidNode>*>(p) = std::move(made.nodes);
+      for (auto& [at, text] : made.expressions) expressions.insert_or_assign(at, text);
+      return true;
+    }
+    // Its mass properties are among its fields there.
+    const Map* m = v.as_map();
+    const Value* mass = m ? m->find("mass") : nullptr;
+    if (&t == &type_of<model::MeasuredMass>() && mass && !mass->as_map()) {
+      Map inner = *m;
+      if (const Value* source = m->find("source")) {
+        const Field& of = *t.field("source");
+        RMP_TRY(read(*of.type, of.in(p), of, p, model::kNoComponent, alternative, *source,
+                     path + ".source"));
+        inner.erase("source");
+      }
+      const Field& of = *t.field("mass");
+      RMP_TRY(
+          read(*of.type, of.in(p), of, p, model::kNoComponent, alternative, Value(inner), path));
+      return true;
+    }
+    return false;
+  }
+
   static Error fault(const Value& v, const char* wanted, const std::string& path) {
     return error(ErrorCode::invalid_argument, v.text() + " is not " + wanted, {}, path);
   }
@@ -410,7 +475,14 @@ class Reader {
       out.push_back(x.number());
       return {};
     };
-    if (const NumericArray* array = v.as_array()) {
+    const NumericArray* array = v.as_array();
+    if (array && array->is_matrix() && &t == &type_of<Sym3>() && array->rows() == 3 &&
+        array->cols() == 3) {
+      for (const auto& [row, col] : kSym3Places) {
+        if (array->at(row, col) != array->at(col, row)) return fault(v, "a symmetric matrix", path);
+        RMP_TRY(take(array->at(row, col)));
+      }
+    } else if (array) {
       for (const double x : array->data()) RMP_TRY(take(x));
     } else if (const List* list = v.as_list()) {
       for (const Value& each : *list) RMP_TRY(take(each));
@@ -431,25 +503,51 @@ class Reader {
   }
 
   Result<void> structure(const Type& t, void* p, std::size_t alternative, const Value& v,
-                         const std::string& path) const {
+                         const std::string& path) {
     const Map* m = v.as_map();
     if (!m) return fault(v, "a table of fields", path);
+    // Which of several kinds a reference is of, beside its name.
+    const Value* kind = t.field("kind") ? nullptr : m->find("kind");
     for (const auto& [key, each] : *m) {
-      const Field* f = t.field(key);
-      if (!f) {
+      Member at = member(t, p, key);
+      if (!at.field) {
+        if (&each == kind && has_kinds(t)) continue;
         std::vector<std::string> known;
         for (const Field& field : t.fields) known.emplace_back(field.name);
         return unknown_name("field", key, known).in(path);
       }
       if (t.alternative) alternative = t.alternative(p);
-      RMP_TRY(read(*f->type, f->in(p), *f, p, model::kNoComponent, alternative, each,
+      const Field& f = *at.field;
+      if (kind && kind->as_string() && f.kinds.size() > 1 && each.as_string() &&
+          kind_from(*kind->as_string())) {
+        RMP_TRY(reference(*f.type, f.in(at.owner), *kind->as_string(), each, path + "." + key));
+        continue;
+      }
+      RMP_TRY(read(*f.type, f.in(at.owner), f, at.owner, model::kNoComponent, alternative, each,
                    path + "." + key));
     }
     return {};
   }
 
+  /// A field by name, of the struct or of one whose fields are among its own; null = none.
+  struct Member {
+    const Field* field = nullptr;
+    void* owner = nullptr;
+  };
+  static Member member(const Type& t, void* p, std::string_view name) {
+    if (const Field* f = t.field(name)) return {f, p};
+    for (const Field& f : t.fields)
+      if (f.is_value_flat && f.type->shape == Shape::structure)
+        if (const Member inner = member(*f.type, f.in(p), name); inner.field) return inner;
+    return {};
+  }
+  static bool has_kinds(const Type& t) {
+    return std::any_of(t.fields.begin(), t.fields.end(),
+                       [](const Field& f) { return f.kinds.size() > 1; });
+  }
+
   Result<void> list(const Type& t, void* p, const Field& f, const void* owner,
-                    std::size_t alternative, const Value& v, const std::string& path) const {
+                    std::size_t alternative, const Value& v, const std::string& path) {
     const List* given = v.as_list();
     if (!given && !(v.as_map() && v.as_map()->empty())) return fault(v, "a list", path);
     t.resize(p, 0);
@@ -461,7 +559,7 @@ class Reader {
     return {};
   }
 
-  const CommandContext& ctx_;
+  CommandContext& ctx_;
   const model::Body& body_;
 };
 
@@ -482,10 +580,15 @@ List schema_fields(const document::Snapshot& s, const Type& t) {
   return out;
 }
 
-Result<void> read_field(const CommandContext& ctx, const model::Body& body, const model::Place& at,
+Result<void> read_field(CommandContext& ctx, model::Body& body, const model::Place& at,
                         const Value& value, const std::string& path) {
-  return Reader(ctx, body).read(*at.type, at.data, *at.field, at.owner, at.component,
-                                at.alternative, value, path);
+  Reader reader(ctx, body);
+  RMP_TRY(reader.read(*at.type, at.data, *at.field, at.owner, at.component, at.alternative, value,
+                      path));
+  if (model::Parametric* parametric = model::parametric_of(body))
+    for (auto& [number, text] : reader.expressions)
+      parametric->expressions.insert_or_assign(number, text);
+  return {};
 }
 
 Result<void> set_path(CommandContext& ctx, AnyId id, const std::string& path, const Value& given) {

@@ -21,6 +21,8 @@ struct OwnForm {
   bool is_list = false;  ///< of a list of that type
   /// Of the record `whole`, which holds the part `p`; nullopt = by its fields.
   std::optional<Value> (*of)(const document::Snapshot&, const model::Content& whole, const void* p);
+  /// Stores such a value at `p`; false = it has the form of the fields.
+  Result<bool> (*read)(const CommandContext&, void* p, const Value&, const std::string& path);
 };
 class OwnFormFile {
  public:
@@ -35,9 +37,10 @@ void add_fields(Map& out, const document::Snapshot&, const model::Record&);
 /// default, choices and, if it has fields, these.
 [[nodiscard]] List schema_fields(const document::Snapshot&, const model::Type&);
 
-/// Stores a value at a place of `body`, which must be modifiable; nil clears an optional field.
-Result<void> read_field(const CommandContext&, const model::Body& body, const model::Place&,
-                        const Value&, const std::string& path);
+/// Stores a value at a place of `body`: in the form of the fields, or in that of record.describe.
+/// Nil clears an optional field.
+Result<void> read_field(CommandContext&, model::Body& body, const model::Place&, const Value&,
+                        const std::string& path);
 
 /// Sets what a path names in a record of any kind; numbers may be expressions.
 Result<void> set_path(CommandContext&, AnyId, const std::string& path, const Value&);

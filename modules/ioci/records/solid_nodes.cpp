@@ -314,6 +314,38 @@ Result<Branch> read_tree(CommandContext& ctx, const Value& root, FreshNames take
   return branch;
 }
 
+Result<Branch> read_flat_nodes(CommandContext& ctx, const List& nodes, const std::string& path) {
+  Branch branch;
+  FreshNames taken{std::set<std::string>()};
+  std::map<std::string, std::int32_t, std::less<>> index_of;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const std::string here = path + "[" + std::to_string(i + 1) + "]";
+    const Map* given = nodes[i].as_map();
+    const Value* word = given ? given->find("kind") : nullptr;
+    if (!word)
+      return error(ErrorCode::invalid_argument, nodes[i].text() + " is not a node",
+                   "Give a table such as {kind = \"box\", name = \"body\", x = 0.1, y = 0.1, z = "
+                   "0.02}.",
+                   here);
+    RMP_TRY_ASSIGN(const Value kind,
+                   check_value(choice("kind", kind_words(), "", true), *word, here + ".kind"));
+    std::int32_t parent = -1;
+    if (const Value* above = given->find("parent"); above && above->as_string()) {
+      const auto known = index_of.find(*above->as_string());
+      if (known == index_of.end())
+        return error(ErrorCode::unknown_name,
+                     "there is no node " + text::quote(*above->as_string()) + " before it",
+                     "Order the nodes so that parents come first.", here + ".parent");
+      parent = known->second;
+    }
+    Map fields = *given;
+    fields.erase("parent");
+    RMP_TRY(read_node(ctx, kind_of_word(*kind.as_string()), fields, parent, taken, here, branch));
+    index_of.emplace(branch.nodes.back().name, static_cast<std::int32_t>(i));
+  }
+  return branch;
+}
+
 Result<Branch> read_operation(CommandContext& ctx, CsgKind kind, const Map& fields,
                               FreshNames taken, std::string_view path) {
   Branch branch;

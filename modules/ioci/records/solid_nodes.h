@@ -25,6 +25,10 @@ namespace robomosp::ioci {
 /// and the expressions given for its numbers.
 [[nodiscard]] Result<model::Branch> read_tree(CommandContext& ctx, const Value& root,
                                               FreshNames taken, std::string_view path);
+/// The flat form of a flat list, as record.describe gives it: each node is a table with the name of
+/// its `parent`, which comes before it; the first is the root.
+[[nodiscard]] Result<model::Branch> read_flat_nodes(CommandContext& ctx, const List& nodes,
+                                                    const std::string& path);
 /// One node of a kind that is known, without children; `fields` are those of its table.
 [[nodiscard]] Result<model::Branch> read_operation(CommandContext& ctx, CsgKind kind,
                                                    const Map& fields, FreshNames taken,

@@ -174,6 +174,37 @@ Result<void> append(const CommandContext& ctx, const Value& value, const std::st
   return {};
 }
 
+/// As steps_value() writes them: one behind the other, each with the number of its block.
+Result<std::vector<TaskStep>> read_flat_steps(const CommandContext& ctx, const List& rows,
+                                              const std::string& path) {
+  const ParamSpec block = between(field("parent", "int", "", "Number of its block."), 0, 1e9);
+  std::vector<TaskStep> out;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string here = path + "[" + std::to_string(i + 1) + "]";
+    Map row = *rows[i].as_map();
+    std::int64_t parent = 0;
+    if (const Value* given = row.find("parent")) {
+      RMP_TRY_ASSIGN(const Value number, check_value(block, *given, here + ".parent"));
+      parent = *number.as_int();
+    }
+    row.erase("parent");
+    row.erase("number");
+    const Value step(std::move(row));
+    RMP_TRY_ASSIGN(const StepKind kind, kind_of(step, here));
+    List inner;
+    RMP_TRY_ASSIGN(TaskStep one, read_one(ctx, kind, step, here, inner));
+    if (!inner.empty() || parent > static_cast<std::int64_t>(i))
+      return error(ErrorCode::invalid_argument,
+                   inner.empty() ? "block " + std::to_string(parent) + " is not before this step"
+                                 : std::string("steps are given both as parents and in blocks"),
+                   "Give each step the number of its block, or the steps of blocks as `steps`.",
+                   here);
+    one.parent = static_cast<std::int32_t>(parent) - 1;
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 template <class Rows, class Fn>
 Value list_of(const Rows& rows, Fn&& fn) {
   List out;
@@ -270,11 +301,28 @@ namespace {
 const OwnFormFile kStepsForm(
     {.type = model::type_of<TaskStep>,
      .is_list = true,
-     .of = [](const document::Snapshot& snapshot, const model::Content& whole, const void*) {
-       return whole.type == model::info(Kind::task).type
-                  ? std::optional(
-                        steps_value(snapshot, *static_cast<const model::Task*>(whole.data)))
-                  : std::nullopt;
+     .of =
+         [](const document::Snapshot& snapshot, const model::Content& whole, const void*) {
+           return whole.type == model::info(Kind::task).type
+                      ? std::optional(
+                            steps_value(snapshot, *static_cast<const model::Task*>(whole.data)))
+                      : std::nullopt;
+         },
+     .read = [](const CommandContext& ctx, void* p, const Value& v,
+                const std::string& path) -> Result<bool> {
+       const List* rows = v.as_list();
+       const auto has_field = [](const char* name) {
+         return [name](const Value& row) { return row.as_map() && row.as_map()->find(name); };
+       };
+       if (!rows || rows->empty() || !std::all_of(rows->begin(), rows->end(), has_field("step")))
+         return false;
+       auto& steps = *static_cast<std::vector<TaskStep>*>(p);
+       if (std::any_of(rows->begin(), rows->end(), has_field("parent"))) {
+         RMP_TRY_ASSIGN(steps, read_flat_steps(ctx, *rows, path));
+       } else {
+         RMP_TRY_ASSIGN(steps, read_steps(ctx, v, path));
+       }
+       return true;
      }});
 
 }  // namespace

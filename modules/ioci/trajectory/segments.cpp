@@ -444,10 +444,56 @@ Value segment_value(const document::Snapshot& s, const TrajectorySegment& segmen
 
 namespace {
 
+/// As segment_value() writes it: all parameters in tables of their own.
+Result<TrajectorySegment> read_described(const CommandContext& ctx, const Map& given,
+                                         const std::string& path) {
+  TrajectorySegment out;
+  for (const auto& [key, v] : given) {
+    const std::string here = path + "." + key;
+    if (v.is_nil() || key == "params") continue;
+    if (key == "shape") {
+      RMP_TRY_ASSIGN(out.shape,
+                     read_provider(Map{{"name", v}, {"params", *given.find("params")}}, here));
+    } else if (key == "points") {
+      RMP_TRY(read_points(v, out, here));
+    } else if (key == "joints") {
+      RMP_TRY(read_joints(v, out, here));
+    } else if (key == "law") {
+      RMP_TRY_ASSIGN(out.law, read_provider(v, here));
+    } else if (key == "orientation") {
+      RMP_TRY_ASSIGN(out.orientation, read_provider(v, here));
+    } else if (key == "turning") {
+      RMP_TRY_ASSIGN(out.turning, read_provider(v, here));
+    } else if (key == "transition") {
+      RMP_TRY_ASSIGN(out.transition, read_transition(ctx, v, here));
+    } else if (const model::Field* f = declared_segment_field(key)) {
+      RMP_TRY(read_declared(ctx, *f, v, out, path));
+    } else {
+      return read_segment(ctx, Value(given), path);  // which names what it is not
+    }
+  }
+  return out;
+}
+
 const OwnFormFile kSegmentForm(
     {.type = model::type_of<TrajectorySegment>,
-     .of = [](const document::Snapshot& snapshot, const model::Content&, const void* p) {
-       return std::optional(segment_value(snapshot, *static_cast<const TrajectorySegment*>(p)));
+     .of =
+         [](const document::Snapshot& snapshot, const model::Content&, const void* p) {
+           return std::optional(segment_value(snapshot, *static_cast<const TrajectorySegment*>(p)));
+         },
+     .read = [](const CommandContext& ctx, void* p, const Value& v,
+                const std::string& path) -> Result<bool> {
+       const Map* m = v.as_map();
+       const Value* shape = m ? m->find("shape") : nullptr;
+       const bool is_stored = m && m->find("trajectory");
+       if (!is_stored &&
+           (!shape || !shape->as_string() || m->find("placement") || m->find("stored")))
+         return false;
+       // A stored provider need not be loaded.
+       RMP_TRY_ASSIGN(*static_cast<TrajectorySegment*>(p), m->find("params") && !is_stored
+                                                               ? read_described(ctx, *m, path)
+                                                               : read_segment(ctx, v, path));
+       return true;
      }});
 
 }  // namespace
