@@ -193,10 +193,14 @@ void offer_unit(Fault& fault, const ParamSpec& spec, const Map& given, const Res
 
 }  // namespace
 
+std::string subject_path(std::string path) {
+  return text::shortened(std::move(path), kLongestArgument);
+}
+
 Error argument_error(std::string_view code, std::string_view path, std::string message,
                      std::string hint) {
   Fault f = make_fault(code, std::move(message), std::move(hint), std::string(path));
-  f.subject.argument = text::shortened(std::string(path), kLongestArgument);
+  f.subject.argument = subject_path(std::string(path));
   return error_of(std::move(f));
 }
 
@@ -204,7 +208,7 @@ Error argument_error(Error e, std::string_view path, std::string_view code) {
   e = std::move(e).in(path);
   amend(e, [&](Fault& f) {
     if (f.code.starts_with("error.")) f.code = code;
-    f.subject.argument = text::shortened(std::string(path), kLongestArgument);
+    f.subject.argument = subject_path(std::string(path));
   });
   return e;
 }
@@ -212,7 +216,7 @@ Error argument_error(Error e, std::string_view path, std::string_view code) {
 Error range_error(std::string_view path, std::string message, double value, double limit,
                   std::string_view unit) {
   Fault f = make_fault("argument.out_of_range", std::move(message), {}, std::string(path));
-  f.subject.argument = text::shortened(std::string(path), kLongestArgument);
+  f.subject.argument = subject_path(std::string(path));
   set_bound(f.witness, value, limit, unit == "1" ? std::string_view() : unit);
   return error_of(std::move(f));
 }
@@ -254,6 +258,26 @@ void add_remedies(Fault& fault, const Schema& schema, const Map& given, const Re
     if (const auto word = text::nearest(*v->as_string(), words))
       offer(fault, *spec, given, Value(*word), resolve);
   }
+}
+
+std::optional<Value> part_at(const Value& v, std::string_view path, std::string_view name) {
+  const auto at = path.starts_with(name) ? steps_of(path, name) : std::nullopt;
+  if (!at) return std::nullopt;
+  const Value* part = &v;
+  for (const PartStep& step : *at) {
+    const Map* m = part->as_map();
+    const List* list = part->as_list();
+    if (!step.name.empty()) part = m ? m->find(step.name) : nullptr;
+    else part = list && step.index < list->size() ? &(*list)[step.index] : nullptr;
+    if (!part) return std::nullopt;
+  }
+  return *part;
+}
+
+std::optional<Value> with_part(const Value& v, std::string_view path, std::string_view name,
+                               const Value& part) {
+  const auto at = path.starts_with(name) ? steps_of(path, name) : std::nullopt;
+  return at ? with_part(v, *at, part) : std::nullopt;
 }
 
 Map repeated(const FaultRemedy& remedy, const Map& given) {

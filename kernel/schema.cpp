@@ -696,9 +696,8 @@ Fault unknown_argument(const Schema& schema, std::string_view name, std::string_
         known.empty() ? "It takes no parameters." : "Parameters: " + text::enumerate(known) + ".";
   Fault f = make_fault("argument.unknown", text::quote(name) + " is not a parameter",
                        std::move(hint), std::string(path));
-  constexpr std::size_t kLongestSubject = 300;
-  f.subject.argument = text::shortened(
-      (path.empty() ? "" : std::string(path) + ".") + std::string(name), kLongestSubject);
+  f.subject.argument =
+      subject_path((path.empty() ? "" : std::string(path) + ".") + std::string(name));
   return f;
 }
 
