@@ -246,6 +246,7 @@ Map map_of(const FaultRemedy& r) {
   m.append("repeats", Value(r.repeats));
   put_member(m, "without", r.without);
   m.append("is_tried", Value(r.is_tried));
+  put_member(m, "untried", r.untried);
   return m;
 }
 
@@ -398,6 +399,7 @@ FaultRemedy remedy_from(const MapReader& m) {
   m.read("repeats", r.repeats);
   m.read("without", r.without);
   m.read("is_tried", r.is_tried);
+  m.read("untried", r.untried);
   return r;
 }
 

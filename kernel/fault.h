@@ -86,8 +86,12 @@ struct FaultRemedy {
   std::vector<std::string> without{};  ///< arguments to leave out
   /// The new value was checked and does not have this fault. Otherwise it is a guess.
   bool is_tried = false;
+  /// Why it was not tried, a sentence; empty if it was.
+  std::string untried{};
   bool operator==(const FaultRemedy&) const = default;
 };
+/// FaultRemedy::untried of what is found below the commands: fault.list carries such remedies out.
+inline constexpr const char* kUntriedByList = "fault.list tries it.";
 
 struct Fault {
   std::string code{};  ///< stable word of the table of codes: "argument.out_of_range"

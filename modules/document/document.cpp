@@ -336,6 +336,7 @@ struct Draft::Branch {
   const Author author;
   const std::uint64_t epoch;
   SnapshotPtr base;
+  bool is_beside = false;  ///< its base was never the document's
   std::mutex mutex;
   // Guarded by mutex:
   enum class Phase : std::uint8_t { open, accepting, ended } phase = Phase::open;
@@ -948,6 +949,13 @@ void Document::on_commit(std::function<void(const Commit&)> listener) {
 
 Draft::Draft(Document& document, std::string label, Author author)
     : branch_(std::make_shared<Branch>(document, std::move(label), std::move(author))) {}
+Draft::Draft(Document& document, const Snapshot& base, std::string label, Author author)
+    : Draft(document, std::move(label), std::move(author)) {
+  const auto own = std::make_shared<Snapshot>(base);
+  own->reads_.reset();
+  branch_->base = branch_->now = own;
+  branch_->is_beside = true;
+}
 Draft::~Draft() { (void)discard(); }
 
 const std::string& Draft::label() const { return branch_->label; }
@@ -1001,6 +1009,10 @@ Result<Transaction> Draft::begin(std::string label) {
 
 Result<Commit> Draft::accept(const Progress* progress) {
   Branch& b = *branch_;
+  if (b.is_beside)
+    return error(ErrorCode::unsupported,
+                 "the draft " + quote(b.label) + " is on records that were never the document's",
+                 "Discard it.");
   Transaction tx(b.document, b.label, b.author, {}, 0);
   Transaction::Work& w = *tx.work_;
   {

@@ -22,6 +22,9 @@ class Draft {
  public:
   /// The document must outlive the draft and all transactions on it.
   Draft(Document& document, std::string label, Author author);
+  /// A draft on other records than the document's, such as those of an open transaction. It can
+  /// only be discarded.
+  Draft(Document& document, const Snapshot& base, std::string label, Author author);
   ~Draft();
   Draft(const Draft&) = delete;
   Draft& operator=(const Draft&) = delete;

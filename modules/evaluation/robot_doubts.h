@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include <robomosp/sdk/progress.h>
 #include <robomosp/sdk/types.h>
 
 #include "document/document.h"
+#include "evaluation/derived.h"
 #include "kernel/fault.h"
 
 namespace robomosp::evaluation {
@@ -21,5 +23,12 @@ namespace robomosp::evaluation {
 [[nodiscard]] bool is_impossible(const Sym3& inertia);
 /// The principal moments [kg m^2], ascending: "0.1, 0.2 and 0.5".
 [[nodiscard]] std::string moments_text(const Sym3& inertia);
+/// The inertia nearest to it that a body can have: the same axes, and the principal moments with
+/// the least sum of squared differences.
+[[nodiscard]] Sym3 nearest_possible(const Sym3& inertia);
+
+/// Offers the mass of the designed bodies of the link, or of the base, that has an impossible
+/// inertia, if it has some and their inertia is possible. Computes solids.
+void offer_designed_mass(const document::Snapshot&, Derived&, Progress&, RobotId, Fault&);
 
 }  // namespace robomosp::evaluation

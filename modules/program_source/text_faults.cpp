@@ -57,6 +57,7 @@ void offer_word(Fault& f, const FaultyText& in, const TextFault& found) {
   r.label = "Write " + word + " instead of " + old;
   r.command = "program.set_file";
   r.args = {{"id", model::handle(in.record)}, {"name", found.file}, {"text", text}};
+  r.untried = kUntriedByList;
   f.remedies.push_back(std::move(r));
 }
 

@@ -129,7 +129,16 @@ const FaultCase kRecordCases[] = {
      1},
     {"robot.impossible_inertia",
      "robot.create{name = 'thin', links = {{a = 0.3, mass = 1, inertia = {0, 0.35, 0, 0, 0, 0}}}}\n"
-     "return 'fault.list', {record = 'thin'}"},
+     "return 'fault.list', {record = 'thin'}",
+     1},
+    {"robot.impossible_inertia",
+     "material.create{name = 'steel', density = 7850}\n"
+     "solid.create{name = 'bar', material = 'steel', root = {kind = 'box', x = 0.3, y = 0.02, z = "
+     "0.02}}\n"
+     "robot.create{name = 'designed', links = {{a = 0.3, mass = 1, inertia = {1, 0.35, 0, 0.1, 0, "
+     "0}, parts = {{what = 'bar'}}}}}\n"
+     "return 'fault.list', {record = 'designed'}",
+     2},
 };
 
 const FaultCase kTrajectoryCases[] = {
@@ -310,6 +319,16 @@ const FaultCase kErrorCases[] = {
      "alone;\\nBEGIN\\nENDPROGRAM;\\n'}}"},
     {"error.usage", "return 'draft.start', {draft = draft.open('d'), command = 'document.undo'}"},
     {"error.unknown_name", "return 'draft.discard', {draft = 999}"},
+    // Members that do not exist: a tool, a link, one of a world, one within a table.
+    {"error.unknown_name", "return 'robot.fk', {id = 'arm', q = {0, 0}, tip = 'torch'}", 1},
+    {"error.unknown_name", "return 'robot.link', {id = 'arm', link = 'lnik_1'}", 1},
+    {"error.unknown_name",
+     "cell:add_robot{robot = arm, name = 'left'}\n"
+     "return 'world.set_robot_q', {id = 'cell', robot = 'lfet', q = {0, 0}}",
+     1},
+    {"error.unknown_name",
+     "return 'robot.create', {name = 'twin', links = {{name = 'one', a = 0.3}, {name = 'two', "
+     "mimic = {link = 'noe'}}}}"},
     {"error.not_found", "return 'program.import', {file = './nowhere.irl'}"},
     {"error.conflict",
      "local p = program.create{name = 'p', source = 'PROGRAM p;\\nBEGIN\\nENDPROGRAM;\\n'}\n"
@@ -412,6 +431,8 @@ class FaultCodesTest : public test::LuaProgramTest {
   void expect_mended(const std::string& command, const Map& args, const Fault& f) {
     for (const FaultRemedy& r : f.remedies) {
       SCOPED_TRACE("remedy: " + r.label);
+      EXPECT_EQ(r.is_tried, r.untried.empty())
+          << "a remedy is tried, or says why not: " << r.untried;
       const auto same = [&](const Fault& o) {
         return o.code == f.code && o.subject.record == f.subject.record &&
                o.subject.path == f.subject.path && o.subject.argument == f.subject.argument &&
@@ -566,6 +587,7 @@ TEST_F(FaultCodesTest, OfPlugins) {
 
 TEST_F(FaultCodesTest, OfErrorsWithoutACodeOfTheirOwn) {
   expect_cases(kArm, kErrorCases);
+  EXPECT_GE(mended_, 3U);
   // The other classes come from commands of plugins and from scripts.
   for (const auto& [name, code] :
        std::map<std::string, ErrorCode>{{"syntax", ErrorCode::syntax},

@@ -224,6 +224,75 @@ TEST_F(Faults, TrialsAreSeenByNobody) {
   const auto guess = fault_from(at(untried, "faults").as_list()->front());
   ASSERT_TRUE(guess && !guess->remedies.empty());
   EXPECT_FALSE(guess->remedies[0].is_tried);
+  EXPECT_EQ(guess->remedies[0].untried, "Trials were not wanted.");
+}
+
+/// The joint of a link cannot move, which "Make the joint fixed" mends.
+constexpr const char* kStuck =
+    "robot.create{name = 'stuck', links = {{a = 0.3, lower = 0.5, upper = 0.5}, {a = 0.2}}}\n";
+
+TEST_F(Faults, RemediesAreTriedOnTheRecordsOfAnOpenGroup) {
+  lua::LuaState state(app(), session_, lua::LuaOptions{});
+  const std::string digest = app().document.content_digest();
+  const auto seen =
+      state.eval("pcall(ioci.transaction, function()\n" + std::string(kStuck) +
+                 "  local r = fault.list{record = 'stuck'}.faults[1].remedies[1]\n"
+                 "  tried = {r.is_tried, r.untried, robot.get('stuck'):links()[1].joint}\n"
+                 "  local ok, e = pcall(robot.fk, {id = 'stuck', q = {0, 0}, tip = 'nowhere'})\n"
+                 "  offered = e.faults[1].remedies[1].is_tried\n"
+                 "  error('back')\nend)\n"
+                 "assert(tried[1] == true and tried[2] == nil and tried[3] == 'revolute')\n"
+                 "assert(offered == true)");
+  EXPECT_TRUE(seen.ok()) << seen.error().sentence();
+  EXPECT_EQ(app().document.content_digest(), digest);
+}
+
+TEST_F(Faults, RemediesAreTriedOnADraftAndInAJob) {
+  lua::LuaState state(app(), session_, lua::LuaOptions{});
+  ASSERT_TRUE(state.eval(kStuck).ok());
+  const auto first_remedy = [](const Value& listed) {
+    const auto f = fault_from(at(listed, "faults").as_list()->front());
+    EXPECT_TRUE(f && !f->remedies.empty());
+    return f && !f->remedies.empty() ? f->remedies.front() : FaultRemedy{};
+  };
+  const Value draft = call("draft.open", {{"label", "d"}});
+  const FaultRemedy on_draft = first_remedy(
+      call("draft.run",
+           {{"draft", draft}, {"command", "fault.list"}, {"arguments", Map{{"record", "stuck"}}}}));
+  EXPECT_TRUE(on_draft.is_tried) << on_draft.untried;
+  const auto before = app().document.now();
+  const auto job = app().dispatch_async(session_, "fault.list", {{"record", "stuck"}});
+  ASSERT_TRUE(job.ok()) << job.error().sentence();
+  const FaultRemedy in_job = first_remedy(*app().jobs.wait(job->number));
+  EXPECT_TRUE(in_job.is_tried) << in_job.untried;
+  EXPECT_EQ(app().document.now(), before);
+}
+
+TEST_F(Faults, ADisabledProviderSaysHowToEnableIt) {
+  lua::LuaState state(app(), session_, lua::LuaOptions{});
+  ASSERT_TRUE(
+      state
+          .eval("robot.create{name = 'own', ik = 'numeric', links = {{a = 0.3}, {a = 0.2}}}\n"
+                "provider.disable('ik', 'numeric')")
+          .ok());
+  const Error e = fails("robot.solve_ik", {{"id", "own"}, {"target", List{0.3, 0.2, 0, 0, 0, 0}}});
+  EXPECT_NE(e.sentence().find("is disabled. provider.enable(\"ik\", \"numeric\")"),
+            std::string::npos)
+      << e.sentence();
+  const Value listed = call("fault.list", {{"record", "own"}});
+  const auto f = fault_from(at(listed, "faults").as_list()->front());
+  ASSERT_TRUE(f);
+  EXPECT_EQ(f->code, "provider.missing");
+  ASSERT_GE(f->remedies.size(), 2U);
+  EXPECT_EQ(f->remedies[0].command, "provider.enable");
+  EXPECT_FALSE(f->remedies[0].is_tried);
+  EXPECT_FALSE(f->remedies[0].untried.empty());
+  EXPECT_TRUE(f->remedies.back().is_tried) << f->remedies.back().untried;
+  // The facts about it are still there.
+  EXPECT_FALSE(
+      call("provider.params", {{"interface", "ik"}, {"name", "numeric"}}).as_list()->empty());
+  call(f->remedies[0].command, f->remedies[0].args);
+  EXPECT_TRUE(at(call("fault.list", {{"record", "own"}}), "faults").as_list()->empty());
 }
 
 TEST_F(Faults, EveryCodeIsListed) {

@@ -54,7 +54,8 @@ Fault full_fault() {
                  .args = {{"a", 1.5}},
                  .repeats = true,
                  .without = {"b"},
-                 .is_tried = true}};
+                 .is_tried = true,
+                 .untried = "It simulates."}};
   return f;
 }
 

@@ -414,6 +414,13 @@ Result<std::unique_ptr<Application>> Application::create(ApplicationOptions opti
   return app;
 }
 
+namespace {
+
+/// Commands that this thread runs, one within another.
+thread_local std::size_t running_here = 0;
+
+}  // namespace
+
 /// One dispatch: start() reads the arguments, compute() runs the command without the application
 /// lock, finish() publishes what it edited.
 class Application::Call {
@@ -448,6 +455,7 @@ class Application::Call {
     ctx_.is_own_thread_ = is_own_thread;
     ctx_.draft_ = place_.draft;
     ctx_.draft_number_ = place_.number;
+    ctx_.is_trial_ = place_.is_trial;
     ctx_.gesture_ = place_.gesture;
   }
 
@@ -464,12 +472,12 @@ class Application::Call {
   /// Of a world with one robot that one need not be named.
   void fill_lone_robot();
   /// The error of this call with what its faults are about (failed_call.h).
-  [[nodiscard]] Error completed(Error e) const {
+  [[nodiscard]] Error completed(Error e) {
     const bool joins = ctx_.transaction_ && !transaction_;
     const document::SnapshotPtr kept = joins ? nullptr : records();
-    const bool may_try = is_own_thread_ && !joins && !place_.draft && place_.gesture == 0;
-    complete_faults(
-        e, {app_, may_try ? &session_ : nullptr, kept ? *kept : ctx_.snapshot(), spec_, args_});
+    // Within a group only what the session itself called, as commands may fail inside another.
+    const bool may_try = place_.gesture == 0 && (!joins || running_here <= 1);
+    complete_faults(e, {ctx_, kept ? *kept : ctx_.snapshot(), spec_, args_, may_try});
     return e;
   }
   /// Whether finish() refused, because others changed what it had looked at.
@@ -782,11 +790,10 @@ Result<Value> Application::Call::settle(Result<Value> result) {
       if (auto done = complete_in_rooms(ctx_); !done.ok()) return std::move(done).error();
       auto commit = transaction_->commit(can_stop ? &ctx_.progress : nullptr);
       if (!commit.ok()) return std::move(commit).error();
-      if (place_.draft && !commit->changed.empty())
+      if (place_.draft && !place_.is_trial && !commit->changed.empty())
         app_.kept<Drafts>().tell_edited(place_.number, *place_.draft, *commit);
     }
-    if (all_ != Effects(Effect::reads) &&
-        !(place_.draft && app_.kept<Drafts>().is_hidden(place_.number)))
+    if (all_ != Effects(Effect::reads) && !place_.is_trial)
       app_.messages.post(Severity::info, "audit", command_line(app_, spec_, args_),
                          session_.name());
     return result;
@@ -849,13 +856,6 @@ Result<Value> for_session(const std::shared_ptr<const FileRoot>& root, Result<Va
   edit_texts(e, [&root](std::string part) { return root->shown(std::move(part)); });
   return text::shortened(std::move(e));
 }
-
-}  // namespace
-
-namespace {
-
-/// Commands that this thread runs, one within another.
-thread_local std::size_t running_here = 0;
 
 }  // namespace
 
@@ -960,7 +960,21 @@ Result<Value> Application::dispatch_within(CommandContext& outer, std::string_vi
   if (!spec) return text::shortened(commands.unknown(name));
   return run(outer.session, *spec, args, outer.transaction_, outer.progress, outer.is_own_thread_,
              outer.allowed_,
-             {.gesture = outer.gesture_, .number = outer.draft_number_, .draft = outer.draft_});
+             {.gesture = outer.gesture_,
+              .number = outer.draft_number_,
+              .draft = outer.draft_,
+              .is_trial = outer.is_trial_});
+}
+
+Result<Value> Application::dispatch_on_trial(CommandContext& outer,
+                                             const std::shared_ptr<document::Draft>& draft,
+                                             std::string_view name, const Map& args,
+                                             Progress& progress) {
+  const CommandSpec* spec = commands.find(name);
+  if (!spec) return text::shortened(commands.unknown(name));
+  return for_session(outer.session.files_,
+                     run(outer.session, *spec, args, nullptr, progress, outer.is_own_thread_,
+                         outer.allowed_, {.draft = draft, .is_trial = true}));
 }
 
 Result<Handle> Application::run_async(Session& session, const CommandSpec& spec, Map args,

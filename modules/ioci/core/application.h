@@ -99,6 +99,10 @@ class Application {
   /// revert.
   Result<Value> dispatch_on_draft(Session&, std::uint64_t draft, std::string_view name,
                                   const Map& args);
+  /// Runs a command on a draft that is no session's, for trials (trial.h): with the rights of the
+  /// command `outer`, on its thread, and no event or audit message. It joins no open group.
+  Result<Value> dispatch_on_trial(CommandContext& outer, const std::shared_ptr<document::Draft>&,
+                                  std::string_view name, const Map& args, Progress&);
   /// dispatch_async() with edits that join a gesture or a draft of the session; not both. It works
   /// on the records of that, as they are now.
   struct Joined {
@@ -194,6 +198,7 @@ class Application {
   struct Place {
     std::uint64_t gesture = 0, number = 0;  ///< of the gesture, and of the draft
     std::shared_ptr<document::Draft> draft = {};
+    bool is_trial = false;  ///< no event or audit message reports what runs on the draft
   };
   explicit Application(ApplicationOptions);
   Result<void> start();

@@ -165,6 +165,7 @@ class CommandContext {
   /// What it edits, and the number that it is known by; null = the document.
   std::shared_ptr<document::Draft> draft_ = {};
   std::uint64_t draft_number_ = 0;
+  bool is_trial_ = false;      ///< no event or audit message reports what runs on the draft
   std::uint64_t gesture_ = 0;  ///< that a job joins
 };
 

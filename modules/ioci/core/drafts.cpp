@@ -11,22 +11,6 @@
 namespace robomosp::ioci {
 
 std::uint64_t Drafts::open(Session& session, std::string label) {
-  return add(session, std::move(label), false);
-}
-
-std::uint64_t Drafts::open_hidden(Session& session) { return add(session, "trial", true); }
-
-bool Drafts::is_hidden(std::uint64_t number) const {
-  const std::lock_guard lock(mutex_);
-  const auto at = drafts_.find(number);
-  return at != drafts_.end() && at->second.is_hidden;
-}
-
-bool Drafts::may_try(const Session& session) {
-  return !session.transaction_ && session.gesture_ == 0;
-}
-
-std::uint64_t Drafts::add(Session& session, std::string label, bool is_hidden) {
   const document::Author author = app_.author(session);
   auto draft = std::make_shared<document::Draft>(app_.document, std::move(label), author);
   std::vector<Entry> ended;
@@ -38,10 +22,10 @@ std::uint64_t Drafts::add(Session& session, std::string label, bool is_hidden) {
       most_ = 2 * drafts_.size() + 16;
     }
     number = next_++;
-    drafts_.emplace(number, Entry{number, draft, session.alive_, is_hidden});
+    drafts_.emplace(number, Entry{number, draft, session.alive_});
   }
   tell_discarded(ended);
-  if (!is_hidden) tell("opened", number, *draft, {});
+  tell("opened", number, *draft, {});
   return number;
 }
 
@@ -60,7 +44,7 @@ std::vector<Drafts::Entry> Drafts::end_orphans() {
 void Drafts::tell_discarded(const std::vector<Entry>& ended) {
   for (const Entry& e : ended) {
     (void)e.draft->discard();
-    if (!e.is_hidden) tell("discarded", e.number, *e.draft, {});
+    tell("discarded", e.number, *e.draft, {});
   }
 }
 
@@ -108,12 +92,11 @@ Result<void> Drafts::discard(Session& session, std::uint64_t number) {
     return error(ErrorCode::conflict,
                  "the draft " + text::quote(draft->label()) + " is being accepted");
   for (const std::uint64_t job : jobs_of(number)) app_.jobs.cancel(job);
-  const bool was_hidden = is_hidden(number);
   {
     const std::lock_guard lock(mutex_);
     drafts_.erase(number);
   }
-  if (!was_hidden) tell("discarded", number, *draft, {});
+  tell("discarded", number, *draft, {});
   return {};
 }
 
@@ -122,8 +105,7 @@ std::vector<Drafts::Entry> Drafts::list() {
   {
     const std::lock_guard lock(mutex_);
     ended = end_orphans();
-    for (const auto& [number, entry] : drafts_)
-      if (!entry.is_hidden) out.push_back(entry);
+    for (const auto& [number, entry] : drafts_) out.push_back(entry);
   }
   tell_discarded(ended);
   return out;
@@ -131,7 +113,7 @@ std::vector<Drafts::Entry> Drafts::list() {
 
 void Drafts::tell_edited(std::uint64_t number, const document::Draft& draft,
                          const document::Commit& commit) {
-  if (!is_hidden(number)) tell("edited", number, draft, commit.changed);
+  tell("edited", number, draft, commit.changed);
 }
 
 void Drafts::tell(const char* what, std::uint64_t number, const document::Draft& draft,

@@ -29,15 +29,9 @@ class Drafts {
     std::uint64_t number = 0;  ///< counts up, never reused
     std::shared_ptr<document::Draft> draft;
     std::weak_ptr<const int> session;  ///< expired = it has ended
-    bool is_hidden = false;            ///< not listed, and not published
   };
   /// On the records as they are now. [the session's thread, as all below that name one]
   std::uint64_t open(Session&, std::string label);
-  /// The same for a trial of a remedy (trial.h), with no list or event naming the draft.
-  std::uint64_t open_hidden(Session&);
-  [[nodiscard]] bool is_hidden(std::uint64_t number) const;
-  /// False while the session edits a group or a gesture, which a draft would not see.
-  [[nodiscard]] static bool may_try(const Session&);
   /// A draft of the session, open or being accepted. ErrorCode::unknown_name.
   [[nodiscard]] Result<std::shared_ptr<document::Draft>> own(Session&, std::uint64_t number);
   /// Publishes it as one step, document::Draft::accept(). Refused while a job works on it.
@@ -59,7 +53,6 @@ class Drafts {
   [[nodiscard]] std::vector<Entry> end_orphans();
   void tell_discarded(const std::vector<Entry>& ended);
   Application& app_;
-  std::uint64_t add(Session&, std::string label, bool is_hidden);
   mutable std::mutex mutex_;
   std::map<std::uint64_t, Entry> drafts_;  // guarded by mutex_; by number
   std::uint64_t next_ = 1;                 // guarded by mutex_

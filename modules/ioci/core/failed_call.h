@@ -10,11 +10,11 @@
 namespace robomosp::ioci {
 
 struct FailedCall {
-  Application& app;
-  Session* session;  ///< remedies may be tried for it; null = they are offered untried
+  CommandContext& ctx;
   const document::Snapshot& records;  ///< that stay, without what the call wanted to edit
   const CommandSpec& spec;
   const Map& given;  ///< its arguments
+  bool may_try;      ///< remedies may be tried; else they are offered untried
 };
 /// Completes the faults of the error of a call: command, argument and the record `id`, where they
 /// name none; remedies get their command, and those that would repeat a call within it are dropped.

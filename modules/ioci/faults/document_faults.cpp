@@ -14,6 +14,7 @@
 #include "ioci/core/origins.h"
 #include "ioci/core/trial.h"
 #include "ioci/simulation/run_start.h"
+#include "kernel/known_provider.h"
 #include "model/field_path.h"
 #include "model/program_kinds.h"
 #include "motion/provider_params.h"
@@ -24,14 +25,15 @@ namespace {
 const FaultCodes kDocumentCodes{
     {"solid.failed", ErrorCode::plugin_failed, "A solid cannot be made from its nodes."},
     {"provider.missing", ErrorCode::unknown_name,
-     "A record chooses a provider that is not loaded."},
+     "A record chooses a provider that is not loaded or is disabled."},
     {"recording.out_of_date", ErrorCode::conflict,
      "A recording is older than the records that it was made from."},
     {"run.note", ErrorCode::conflict, "A remark of a run, such as a limit that was reached."},
 };
 
-/// Remedies of one list that are tried.
+/// Remedies of one list that are tried, and the time after which no further one is.
 constexpr std::size_t kMostTried = 50;
+constexpr std::chrono::seconds kLongestTrials{5};
 
 /// The longest beginning of a path that the record has.
 std::string path_within(const model::Record& record, std::string path) {
@@ -101,7 +103,12 @@ Result<void> DocumentFaults::look_at(AnyId id) {
   const model::Record& record = *ctx_.snapshot().find(id);
   if (const auto held = document::check_record(record); !held.ok()) add(held.error(), id);
   look_at_providers(id, record);
-  for (Fault& f : evaluation::robot_doubts(ctx_.snapshot(), id)) add(std::move(f), {});
+  for (Fault& f : evaluation::robot_doubts(ctx_.snapshot(), id)) {
+    if (f.code == "robot.impossible_inertia")
+      evaluation::offer_designed_mass(ctx_.snapshot(), ctx_.app.derived, ctx_.progress,
+                                      RobotId{id.number}, f);
+    add(std::move(f), {});
+  }
   for (Fault& f : ctx_.app.kept<ImportFaults>().of(ctx_.snapshot(), id))
     add(std::move(f), Application::handle(id));
   if (id.kind == Kind::solid) return look_at_solid(id);
@@ -137,6 +144,13 @@ void DocumentFaults::look_at_providers(AnyId id, const model::Record& record) {
     f.subject.path = c.field;
     f.subject.provider = name;
     f.subject.interface_id = c.interface_id;
+    if (known_provider(ctx_.app.registry, c.interface_id, name).ok()) {
+      FaultRemedy enable;
+      enable.label = "Enable " + text::quote(name);
+      enable.command = "provider.enable";
+      enable.args = {{"interface", c.interface_id}, {"name", name}};
+      f.remedies.push_back(std::move(enable));
+    }
     std::vector<std::string> known;
     for (const ProviderInfo& p : ctx_.app.registry.list(c.interface_id))
       if (p.enabled) known.push_back(p.name);
@@ -259,31 +273,56 @@ Result<void> DocumentFaults::look_at_recording(std::uint64_t number, bool all_no
   return {};
 }
 
-void DocumentFaults::try_remedies(Fault& f) const {
+std::optional<bool> DocumentFaults::outcome_of(const Fault& f, FaultRemedy& r) {
+  const CommandSpec* spec = ctx_.app.commands.find(r.command);
+  r.untried = !tries_ ? "Trials were not wanted."
+              : !spec ? "There is no such command."
+                      : Trial::why_not(*spec);
+  if (r.untried.empty() && (tried_ >= kMostTried || trying_ > kLongestTrials))
+    r.untried = "Too many others were tried before.";
+  const auto trial = r.untried.empty() ? Trial::open(ctx_, ctx_.snapshot()) : nullptr;
+  if (!trial) {
+    if (r.untried.empty()) r.untried = kUntriedHere;
+    return std::nullopt;
+  }
+  ++tried_;
+  if (!trial->run(r.command, r.args).ok()) {
+    if (!trial->is_over()) return false;
+    r.untried = kUntriedTooLong;
+    return std::nullopt;
+  }
+  if (f.subject.record.number == 0 || !kind_from(f.subject.record.kind)) {
+    r.untried = "It succeeds, but whether the fault is gone was not looked at.";
+    return std::nullopt;
+  }
+  const auto left =
+      trial->run("fault.list", {{"record", f.subject.record}, {"try_remedies", false}});
+  if (!left.ok()) {
+    r.untried = kUntriedTooLong;
+    return std::nullopt;
+  }
+  const List& all = *left->as_map()->find("faults")->as_list();
+  return std::none_of(all.begin(), all.end(), [&](const Value& v) {
+    const auto other = fault_from(v);
+    return other && is_same(*other, f);
+  });
+}
+
+void DocumentFaults::try_remedies(Fault& f) {
   std::erase_if(f.remedies, [&](FaultRemedy& r) {
     if (r.is_tried || r.repeats || r.command.empty()) return false;
-    const auto trial = Trial::open(ctx_.app, ctx_.session);
-    const CommandSpec* spec = ctx_.app.commands.find(r.command);
-    if (!trial || !spec || !Trial::may_run(*spec)) return false;
-    if (!trial->run(r.command, r.args).ok()) return true;
-    if (f.subject.record.number == 0 || !kind_from(f.subject.record.kind)) return false;
-    const auto left = trial->run("fault.list", {{"record", f.subject.record}});
-    if (!left.ok()) return false;
-    const List& all = *left->as_map()->find("faults")->as_list();
-    r.is_tried = std::none_of(all.begin(), all.end(), [&](const Value& v) {
-      const auto other = fault_from(v);
-      return other && is_same(*other, f);
-    });
-    return !r.is_tried;
+    const auto begin = std::chrono::steady_clock::now();
+    const auto helps = outcome_of(f, r);
+    trying_ += std::chrono::steady_clock::now() - begin;
+    r.is_tried = helps == true;
+    return helps == false;
   });
 }
 
 Map DocumentFaults::answer(std::size_t all) {
   List out;
-  std::size_t tried = 0;
   for (Fault& f : faults_) {
-    tried += f.remedies.size();
-    if (tries_ && tried <= kMostTried && !ctx_.is_in_group()) try_remedies(f);
+    try_remedies(f);
     out.emplace_back(fault_map(f));
   }
   return Map{

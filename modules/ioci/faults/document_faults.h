@@ -2,7 +2,9 @@
 // What is wrong in the document and in its runs now (layer: application, ioci only).
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -39,7 +41,9 @@ class DocumentFaults {
   Result<void> look_at_solid(AnyId);
   Result<void> look_at_program(AnyId);
   Result<void> look_at_runs_of(AnyId world);
-  void try_remedies(Fault&) const;
+  void try_remedies(Fault&);
+  /// Whether the remedy helps; nullopt = it was not tried, and has the reason.
+  std::optional<bool> outcome_of(const Fault&, FaultRemedy&);
 
   CommandContext& ctx_;
   const std::size_t most_;
@@ -47,6 +51,8 @@ class DocumentFaults {
   std::vector<Fault> faults_;
   std::set<std::uint64_t> recordings_;  ///< looked at
   std::size_t looked_at_ = 0;
+  std::size_t tried_ = 0;
+  std::chrono::steady_clock::duration trying_{};  ///< time that trials took
 };
 
 }  // namespace robomosp::ioci

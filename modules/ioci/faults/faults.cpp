@@ -8,6 +8,7 @@
 #include "ioci/core/failed_call.h"
 #include "ioci/core/trial.h"
 #include "ioci/faults/document_faults.h"
+#include "ioci/schema/choices.h"
 #include "ioci/view/picture.h"
 #include "kernel/argument_faults.h"
 #include "kernel/fault.h"
@@ -34,7 +35,7 @@ std::string fault_type() {
          "value?: real; limit?: real; excess?: real; unit?: string}; "
          "cause?: type:fault; "
          "remedies?: list<map{label: string; command?: string; args: map; repeats?: bool; "
-         "without?: list<string>; is_tried?: bool}>}";
+         "without?: list<string>; is_tried?: bool; untried?: string}>}";
 }
 const NamedType kFaultType{"fault", "map", fault_type};
 
@@ -75,22 +76,33 @@ void name_argument(Fault& f, const std::string& where, const FailedCall& call) {
   drop_repeats(f);
 }
 
+/// Tries a remedy by a command. False where it succeeds, or could not be tried.
+bool fails(const CommandSpec& spec, const Map& args, FaultRemedy& r, const FailedCall& call) {
+  r.untried = Trial::why_not(spec);
+  if (!r.untried.empty()) return false;
+  const auto trial = call.may_try ? Trial::open(call.ctx, call.records) : nullptr;
+  if (!trial) {
+    r.untried = kUntriedHere;
+    return false;
+  }
+  r.is_tried = trial->run(spec.name, args).ok();
+  if (!r.is_tried && trial->is_over()) r.untried = kUntriedTooLong;
+  return !r.is_tried && r.untried.empty();
+}
+
 /// A record of the library that has the name and is not loaded yet.
 bool offer_library(Fault& f, const FailedCall& call, std::string_view kinds,
                    const std::string& name) {
   for (const std::string_view kind : text::split(kinds, '|')) {
     const auto k = kind_from(kind);
     const std::string command = std::string(kind) + ".get";
-    const CommandSpec* get = call.app.commands.find(command);
-    if (!k || !get || !library_file(call.app, *k, name)) continue;
+    const CommandSpec* get = call.ctx.app.commands.find(command);
+    if (!k || !get || !library_file(call.ctx.app, *k, name)) continue;
     FaultRemedy r;
     r.label = "Load " + std::string(kind) + " " + text::quote(name) + " from the library";
     r.command = command;
     r.args = {{"name", name}};
-    const auto trial =
-        call.session && Trial::may_run(*get) ? Trial::open(call.app, *call.session) : nullptr;
-    if (trial && !trial->run(command, r.args).ok()) continue;
-    r.is_tried = trial != nullptr;
+    if (fails(*get, r.args, r, call)) continue;
     f.remedies.push_back(std::move(r));
     return true;
   }
@@ -111,7 +123,7 @@ void offer_record(Fault& f, const FailedCall& call) {
   }
   if (offer_library(f, call, kinds, *given->as_string())) return;
   const auto name = text::nearest(*given->as_string(), known);
-  if (!name || !call.app.resolve(call.records, kinds, Value(*name)).ok()) return;
+  if (!name || !call.ctx.app.resolve(call.records, kinds, Value(*name)).ok()) return;
   FaultRemedy r;
   r.label = "Use " + text::quote(*name);
   r.args.set(p->name, *name);
@@ -120,11 +132,57 @@ void offer_record(Fault& f, const FailedCall& call) {
   f.remedies.push_back(std::move(r));
 }
 
+/// Whether a type takes the name of a member, such as a link, alone or among others.
+bool takes_member(const TypeTree& t) {
+  return t.kind == TypeKind::member ||
+         std::any_of(t.options.begin(), t.options.end(),
+                     [](const auto& option) { return takes_member(*option); });
+}
+
+/// The argument whose value a sentence quotes, of those that name a member; "" = none.
+std::string member_argument(const Fault& f, const FailedCall& call) {
+  for (const ParamSpec& p : call.spec.params) {
+    const Value* v = takes_member(type_tree(p.type)) ? call.given.find(p.name) : nullptr;
+    if (v && v->as_string() && f.message.find(text::quote(*v->as_string())) != std::string::npos)
+      return p.name;
+  }
+  return {};
+}
+
+/// Members that exist instead of one that does not: the nearest by name, else the first.
+void offer_members(Fault& f, const FailedCall& call) {
+  constexpr std::size_t kMostOffered = 3;
+  const std::string& path = f.subject.argument;
+  const ParamSpec* p = find_param(call.spec.params, root_of(path));
+  const Value* given = p ? call.given.find(p->name) : nullptr;
+  const auto wrong = given ? part_at(*given, path, p->name) : std::nullopt;
+  if (!wrong || !wrong->as_string()) return;
+  const auto choices = choices_of(call.ctx, call.spec.params, path, call.given, {});
+  if (!choices.ok()) return;
+  std::vector<std::string> names;
+  for (const Choice& c : *choices)
+    if (c.value.as_string() && c.why_not.empty() && c.is_decided)
+      names.push_back(*c.value.as_string());
+  // Where the value is one of the choices, something else is wrong.
+  if (std::find(names.begin(), names.end(), *wrong->as_string()) != names.end()) return;
+  if (const auto near = text::nearest(*wrong->as_string(), names)) names = {*near};
+  names.resize(std::min(names.size(), kMostOffered));
+  for (const std::string& name : names) {
+    auto changed = with_part(*given, path, p->name, Value(name));
+    if (!changed) return;
+    FaultRemedy r;
+    r.label = "Use " + text::quote(name);
+    r.args.set(p->name, std::move(*changed));
+    r.repeats = r.is_tried = true;
+    f.remedies.push_back(std::move(r));
+  }
+}
+
 void name_record(FaultSubject& s, const FailedCall& call) {
   const ParamSpec* p = find_param(call.spec.params, "id");
   const Value* id = call.given.find("id");
   if (!p || !id || !p->type.starts_with("ref:")) return;
-  const auto found = call.app.resolve(call.records, std::string_view(p->type).substr(4), *id);
+  const auto found = call.ctx.app.resolve(call.records, std::string_view(p->type).substr(4), *id);
   if (found.ok()) s.record = *found;
 }
 
@@ -154,10 +212,7 @@ void offer_limit(Fault& f, const FailedCall& call) {
                  : units::print_with_unit(*f.witness.limit, f.witness.unit));
   r.args.set(name, *f.witness.limit);
   r.repeats = true;
-  const auto trial =
-      call.session && Trial::may_run(call.spec) ? Trial::open(call.app, *call.session) : nullptr;
-  if (trial && !trial->run(call.spec.name, repeated(r, call.given)).ok()) return;
-  r.is_tried = trial != nullptr;
+  if (fails(call.spec, repeated(r, call.given), r, call)) return;
   f.remedies.push_back(std::move(r));
 }
 
@@ -172,6 +227,10 @@ void complete_faults(Error& e, const FailedCall& call) {
       s.command = call.spec.name;
       name_argument(f, is_one ? e.where : f.where, call);
       if (f.code == "argument.unknown_record") offer_record(f, call);
+      if (f.code == "error.unknown_name") {
+        if (s.argument.empty()) s.argument = member_argument(f, call);
+        if (!s.argument.empty() && f.remedies.empty()) offer_members(f, call);
+      }
       if (f.code == "argument.out_of_range" && s.argument.empty()) name_value(s, call);
       if (f.code == "record.out_of_range" || s.argument == "value") offer_limit(f, call);
       for (FaultRemedy& r : f.remedies)
@@ -275,8 +334,8 @@ RMP_COMMANDS(fault_commands) {
            "severity, message, where, hint and text; subject (record, name, path, file, line, "
            "column); extent, witness, cause and remedies where known. Remedies are tried on a "
            "draft "
-           "that is dropped, and those that do not help are left out; those that cannot be tried "
-           "have is_tried = false. The check can be cancelled.",
+           "that is dropped, and those that do not help are left out; the reason "
+           "why one was not tried is in untried. The check can be cancelled.",
        .example = "program.create{name = \"weld\", source = \"PROGRAM weld; BEGIN x := 1; "
                   "ENDPROGRAM;\"}\n"
                   "local found = fault.list{record = \"weld\"}\n"

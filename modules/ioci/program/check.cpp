@@ -148,10 +148,13 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   const auto most = static_cast<std::size_t>(integer(args, "most"));
   Map left_out;
   List faults, motions, not_run, not_checked;
+  PairTrials trials(ctx);
   for (const CheckFault& f : found.faults) {
     if (faults.size() >= most) break;
     Map row = fault_row(c, f);
-    row.set("fault", fault_map(run_fault(ctx, ref(args, "id"), c, f)));
+    Fault fault = run_fault(ctx, ref(args, "id"), c, f);
+    trials.look_at(fault);
+    row.set("fault", fault_map(fault));
     faults.emplace_back(std::move(row));
   }
   if (found.faults.size() > most)

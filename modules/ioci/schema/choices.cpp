@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <optional>
-#include <set>
+#include <unordered_set>
 
 #include "ioci/core/commands.h"
 #include "ioci/core/interface_words.h"
@@ -17,8 +17,6 @@
 
 namespace robomosp::ioci {
 namespace {
-
-constexpr std::size_t kMostChoices = 10'000;
 
 /// What an argument names.
 struct Owner {
@@ -204,8 +202,8 @@ constexpr const char* kOfferedUnits[] = {
 
 class Chooser {
  public:
-  Chooser(CommandContext& ctx, std::string_view prefix, bool from_library)
-      : ctx_(ctx), prefix_(prefix), from_library_(from_library) {}
+  Chooser(CommandContext& ctx, std::string_view prefix, bool from_library, std::size_t most)
+      : ctx_(ctx), prefix_(prefix), from_library_(from_library), most_(most) {}
 
   Result<std::vector<Choice>> at(const Schema& schema, std::string_view path, const Map& given) {
     levels_.push_back({&schema, &given});
@@ -306,8 +304,10 @@ class Chooser {
   }
 
   void add(Choice c) {
-    if (out_.size() >= kMostChoices) return;
-    const std::string text = c.value.as_string() ? *c.value.as_string() : c.value.text();
+    if (out_.size() >= most_) return;
+    const std::string* own = c.value.as_string();
+    const std::string made = own ? std::string() : c.value.text();
+    const std::string& text = own ? *own : made;
     if (text.size() < prefix_.size() ||
         !std::equal(prefix_.begin(), prefix_.end(), text.begin(), [](char a, char b) {
           return std::tolower(static_cast<unsigned char>(a)) ==
@@ -432,14 +432,22 @@ class Chooser {
         const std::size_t from = found.size();
         add_list(*r, m.list, found);
         if (!owner.is_given)
-          for (std::size_t i = from; i < found.size(); ++i) found[i].doc = "Of " + r->name + ".";
+          for (std::size_t i = from; i < found.size(); ++i) {
+            found[i].doc = "Of " + r->name + ".";
+            found[i].is_decided = false;
+          }
       }
-      if (word == "link" && !owner.records.empty()) found.push_back({Value("base")});
+      if (word == "link" && !owner.records.empty()) {
+        found.push_back({Value("base")});
+        found.back().is_decided = owner.is_given;
+      }
     }
     for (const RecordMember& m : kRecordMembers) {
       if (m.word != word) continue;
       const Owner owner = owner_of(of, m.kinds);
+      const std::size_t from = found.size();
       for (const model::Record* r : owner.records) m.add(ctx_, *r, found);
+      for (std::size_t i = from; i < found.size(); ++i) found[i].is_decided = owner.is_given;
     }
     if (word == "column") {
       const Owner owner = owner_of(of, "recording");
@@ -550,17 +558,19 @@ class Chooser {
   CommandContext& ctx_;
   std::string_view prefix_;
   bool from_library_;
+  const std::size_t most_;
   std::vector<Level> levels_;
   std::vector<Choice> out_;
-  std::set<std::string> seen_;
+  std::unordered_set<std::string> seen_;
 };
 
 }  // namespace
 
 Result<std::vector<Choice>> choices_of(CommandContext& ctx, const Schema& schema,
                                        std::string_view path, const Map& given,
-                                       std::string_view prefix, bool from_library) {
-  return Chooser(ctx, prefix, from_library).at(schema, path, given);
+                                       std::string_view prefix, bool from_library,
+                                       std::size_t most) {
+  return Chooser(ctx, prefix, from_library, most).at(schema, path, given);
 }
 
 std::vector<std::string> member_words() {

@@ -52,16 +52,19 @@ Map given_of(const Map& args) {
 
 Result<Value> run_choices(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const FormOf form, form_of(ctx, args));
-  RMP_TRY_ASSIGN(const auto found, choices_of(ctx, form.fields, text_of(args, "argument"),
-                                              given_of(args), text_of(args, "prefix"), form.loads));
+  RMP_TRY_ASSIGN(auto found, choices_of(ctx, form.fields, text_of(args, "argument"), given_of(args),
+                                        text_of(args, "prefix"), form.loads,
+                                        static_cast<std::size_t>(integer(args, "at_most"))));
   List out;
-  for (const Choice& c : found) {
-    Map one{
-        {"value", c.value},
-        {"label", c.label.empty() ? (c.value.as_string() ? *c.value.as_string() : c.value.text())
-                                  : c.label}};
-    if (!c.doc.empty()) one.set("doc", c.doc);
-    if (!c.why_not.empty()) one.set("why_not", c.why_not);
+  out.reserve(found.size());
+  for (Choice& c : found) {
+    std::string label = std::move(c.label);
+    if (label.empty()) label = c.value.as_string() ? *c.value.as_string() : c.value.text();
+    Map one;
+    one.append("value", std::move(c.value));
+    one.append("label", Value(std::move(label)));
+    if (!c.doc.empty()) one.append("doc", Value(std::move(c.doc)));
+    if (!c.why_not.empty()) one.append("why_not", Value(std::move(c.why_not)));
     out.emplace_back(std::move(one));
   }
   return Value(std::move(out));
@@ -130,7 +133,10 @@ RMP_COMMANDS(schema_commands) {
        .params = with_form(
            {needed("argument", "string", "",
                    "The argument, or a part of it such as \"step.robot\" or \"links[2].parent\"."),
-            given, defaulted("prefix", "string", "", "", "Only those that begin so.")}),
+            given, defaulted("prefix", "string", "", "", "Only those that begin so."),
+            between(defaulted("at_most", "int", "", 1000,
+                              "Choices to list; a prefix leads to the others."),
+                    1, 10000)}),
        .returns = {"list",
                    "",
                    "",

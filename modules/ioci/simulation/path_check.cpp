@@ -147,7 +147,7 @@ Result<Value> check(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const sim::PathCheck done,
                  sim::check_path(simulator, run, flag(args, "collisions"), ctx.progress));
   List faults, notes;
-  PairTrials trials(ctx.app, ctx.session);
+  PairTrials trials(ctx);
   for (const sim::PathFault& f : done.faults)
     faults.push_back(
         row_of(trials, done, f, world.trajectories[trajectory].trajectory, ref(args, "id")));

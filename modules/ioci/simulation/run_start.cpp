@@ -163,7 +163,7 @@ Result<std::vector<Fault>> start_faults(CommandContext& ctx,
       if (!f.witness.q.empty()) f.witness.robot = robot;
       f.remedies.push_back(allow_pair_remedy(Application::handle(AnyId(first.world)),
                                              f.witness.bodies[0], f.witness.bodies[1]));
-      PairTrials(ctx.app, ctx.session).look_at(f);
+      PairTrials(ctx).look_at(f);
       faults.push_back(std::move(f));
     }
   }

@@ -20,7 +20,8 @@ namespace robomosp::ioci {
 /// Tries rules of pairs, each pair once: with the rule, the world must not check the pair any more.
 class PairTrials {
  public:
-  PairTrials(Application& app, Session& session) : app_(app), session_(session) {}
+  /// On the records that the command sees. It must outlive this.
+  explicit PairTrials(CommandContext& ctx) : ctx_(ctx) {}
   /// Marks the remedies world.allow_pair of the fault as tried, and drops those that do not help.
   void look_at(Fault&);
 
@@ -28,8 +29,7 @@ class PairTrials {
   static constexpr std::size_t kMostTried = 20;
   enum class Outcome : std::uint8_t { not_tried, helps, useless };
   Outcome outcome_of(const FaultRemedy&);
-  Application& app_;
-  Session& session_;
+  CommandContext& ctx_;
   std::map<std::string, Outcome> known_;  ///< by the remedy's arguments
 };
 
