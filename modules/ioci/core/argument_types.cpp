@@ -61,6 +61,8 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"copy", "solid.*", "member:node of id"},
     {"part", "object.*", "member:part of id"},
     {"on", "object.place", "member:part of id"},
+    {"feature", "object.place", "int or string"},
+    {"on_feature", "object.place", "int or string"},
     {"a", "robot.allow_pair robot.forbid_pair robot.forget_pair robot.self_collisions",
      "member:body of id"},
     {"b", "robot.allow_pair robot.forbid_pair robot.forget_pair robot.self_collisions",
@@ -160,6 +162,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     // Poses and directions.
     {"targets", "robot.solve_ik_batch world.plan_path", "list<pose>"},
     {"targets", "program.compare_targets", "list<string>"},
+    {"value", "transform.set transform.add", "real or string"},
     {"euler", "rotation.convert", "map{sequence: string; angles: vec3 [rad]}"},
     {"position", "program.bind", "vec3 or list<expression>"},
     {"rpy", "program.bind", "vec3 or list<expression>"},
@@ -200,12 +203,8 @@ constexpr ArgumentType kArgumentTypes[] = {
 
 constexpr UntypedArgument kUntypedArguments[] = {
     {"value", "record.set object.set solid.set", "The path decides what it is."},
-    {"value", "transform.set transform.add", "The element decides what it is."},
     {"value", "plugin.set", "The setting decides what it is."},
     {"fields", "record.create", "The kind decides which fields there are: record.schema."},
-    {"feature", "object.place", "A selector of faces, axes or points of a solid, in many forms."},
-    {"on_feature", "object.place",
-     "A selector of faces, axes or points of a solid, in many forms."},
     {"with", "robot.start_run world.start_run",
      "The simulation decides which arguments there are."},
     {"arguments", "gesture.update gesture.start draft.run draft.start connection.call",
