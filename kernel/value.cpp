@@ -109,7 +109,18 @@ bool Map::operator==(const Map& o) const {
 std::string_view Value::type_name() const {
   constexpr std::string_view kNames[] = {"nil",   "bool", "int", "real",  "string",
                                          "array", "list", "map", "handle"};
-  return kNames[v_.index()];
+  return kNames[static_cast<std::size_t>(type())];
+}
+
+bool Value::operator==(const Value& o) const {
+  if (v_.index() != kShared && o.v_.index() != kShared) return v_ == o.v_;
+  const Map *a = as_map(), *b = o.as_map();
+  return a == b || (a && b && *a == *b);
+}
+
+void Value::unshare() {
+  const std::shared_ptr<const Map> shared = std::get<kShared>(v_);
+  v_ = Map(*shared);
 }
 
 double Value::number() const {

@@ -155,8 +155,12 @@ class Value {
   Value(List v) : v_(std::move(v)) {}                         // NOLINT
   Value(Map v) : v_(std::move(v)) {}                          // NOLINT
   Value(Handle v) : v_(std::move(v)) {}                       // NOLINT
+  /// A map that values share, so that copies of them take constant time. Not null.
+  explicit Value(std::shared_ptr<const Map> v) : v_(std::move(v)) {}
 
-  [[nodiscard]] Type type() const { return static_cast<Type>(v_.index()); }
+  [[nodiscard]] Type type() const {
+    return v_.index() == kShared ? Type::map : static_cast<Type>(v_.index());
+  }
   [[nodiscard]] std::string_view type_name() const;  ///< "nil", "bool", "int", "real", ...
   [[nodiscard]] bool is_nil() const { return type() == Type::nil; }
   [[nodiscard]] bool is_number() const { return type() == Type::integer || type() == Type::real; }
@@ -167,19 +171,27 @@ class Value {
   [[nodiscard]] const std::string* as_string() const { return std::get_if<std::string>(&v_); }
   [[nodiscard]] const NumericArray* as_array() const { return std::get_if<NumericArray>(&v_); }
   [[nodiscard]] const List* as_list() const { return std::get_if<List>(&v_); }
-  [[nodiscard]] const Map* as_map() const { return std::get_if<Map>(&v_); }
-  [[nodiscard]] Map* as_map() { return std::get_if<Map>(&v_); }
+  [[nodiscard]] const Map* as_map() const {
+    return v_.index() == kShared ? std::get<kShared>(v_).get() : std::get_if<Map>(&v_);
+  }
+  /// For changing it; a shared map is copied first.
+  [[nodiscard]] Map* as_map() {
+    if (v_.index() == kShared) unshare();
+    return std::get_if<Map>(&v_);
+  }
   [[nodiscard]] const Handle* as_handle() const { return std::get_if<Handle>(&v_); }
   /// Number of an int or real; 0 otherwise.
   [[nodiscard]] double number() const;
-  bool operator==(const Value& o) const { return v_ == o.v_; }
+  bool operator==(const Value& o) const;
 
   /// One readable line: `{1, 2, 3}`, `robot#17`. Numbers in shortest form that reads back.
   [[nodiscard]] std::string text() const;
 
  private:
+  static constexpr std::size_t kShared = 9;
+  void unshare();
   std::variant<std::monostate, bool, std::int64_t, double, std::string, NumericArray, List, Map,
-               Handle>
+               Handle, std::shared_ptr<const Map>>
       v_;
 };
 

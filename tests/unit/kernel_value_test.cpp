@@ -82,5 +82,25 @@ TEST(Value, ATypeIsNeverMistakenForAnother) {
   EXPECT_EQ(Value("2").number(), 0.0);
 }
 
+TEST(Value, ASharedMapIsAMapThatIsCopiedWhenItIsChanged) {
+  const auto shared = std::make_shared<const Map>(Map{{"a", 1}, {"b", List{1, 2}}});
+  const Value one(shared);
+  Value other = one;
+  EXPECT_EQ(one.type(), Value::Type::map);
+  EXPECT_EQ(one.type_name(), "map");
+  EXPECT_EQ(one.as_map(), shared.get());
+  EXPECT_EQ(std::as_const(other).as_map(), shared.get());
+  EXPECT_EQ(one, other);
+  EXPECT_EQ(one, Value(*shared));
+  EXPECT_EQ(Value(*shared), one);
+  EXPECT_FALSE(one == Value());
+  EXPECT_FALSE(one == Value(Map{{"a", 1}}));
+  EXPECT_EQ(one.text(), Value(*shared).text());
+  other.as_map()->set("a", 2);
+  EXPECT_EQ(*other.as_map()->find("a"), Value(2));
+  EXPECT_EQ(*shared->find("a"), Value(1));
+  EXPECT_FALSE(one == other);
+}
+
 }  // namespace
 }  // namespace robomosp

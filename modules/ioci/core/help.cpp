@@ -197,16 +197,17 @@ Map description_of(const CommandSpec& spec) {
 class Descriptions {
  public:
   explicit Descriptions(Application&) {}
-  const Map& of(const CommandSpec& spec) {
+  /// Shared with all results that have it: a table of all commands has some 100,000 values.
+  Value of(const CommandSpec& spec) {
     const std::lock_guard lock(mutex_);
     const auto [it, is_new] = all_.try_emplace(&spec);
-    if (is_new) it->second = description_of(spec);
-    return it->second;
+    if (is_new) it->second = std::make_shared<const Map>(description_of(spec));
+    return Value(it->second);
   }
 
  private:
   std::mutex mutex_;
-  std::map<const CommandSpec*, Map> all_;  // guarded by mutex_; entries do not change
+  std::map<const CommandSpec*, std::shared_ptr<const Map>> all_;  // guarded by mutex_
 };
 
 Result<Value> table(CommandContext& ctx, const Map& args) {
