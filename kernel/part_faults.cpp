@@ -123,6 +123,36 @@ ParamSpec part_spec(const TypeTree& t, const ParamSpec* outer) {
   return p;
 }
 
+/// Whether a value fits so plainly that nothing of it needs a second look, as most values of long
+/// tables do. False says nothing.
+bool fits_plainly(const TypeTree& t, const ParamSpec& spec, const Value& v) {
+  const auto is_inside = [&spec](double x) {
+    return std::isfinite(x) && x >= spec.min && x <= spec.max;
+  };
+  switch (t.kind) {
+    case TypeKind::any: return true;
+    case TypeKind::boolean: return v.as_bool() != nullptr;
+    case TypeKind::integer: return v.as_int() && is_inside(v.number());
+    case TypeKind::real: return v.is_number() && is_inside(v.number());
+    case TypeKind::expression: return v.is_number() && std::isfinite(v.number());
+    case TypeKind::text: return v.as_string() != nullptr;
+    case TypeKind::reference:
+    case TypeKind::member: return v.as_handle() || v.as_string();
+    case TypeKind::vector: {
+      const List* list = v.as_list();
+      return list && list->size() == t.count &&
+             std::all_of(list->begin(), list->end(), [&](const Value& each) {
+               return each.is_number() && is_inside(each.number());
+             });
+    }
+    case TypeKind::one_of:
+      return std::any_of(t.options.begin(), t.options.end(), [&](const auto& option) {
+        return !option->notes.min && !option->notes.max && fits_plainly(*option, spec, v);
+      });
+    default: return false;
+  }
+}
+
 /// A type with its article, as messages have it.
 std::string in_words(const TypeTree& t) {
   switch (t.kind) {
@@ -161,7 +191,9 @@ class PartChecker {
       if (name == also) continue;
       const ParamSpec* spec = find_param(schema, name);
       if (spec) {
-        if (!v.is_nil()) value(type_tree(spec->type), *spec, v, path_of_field(path, name));
+        const TypeTree& t = type_tree(spec->type);
+        if (!v.is_nil() && !fits_plainly(t, *spec, v))
+          value(t, *spec, v, path_of_field(path, name));
       } else if (rest) {
         if (!v.is_nil()) value(*rest, part_spec(*rest, nullptr), v, path_of_field(path, name));
       } else {
@@ -254,7 +286,8 @@ class PartChecker {
       return;
     }
     for (std::size_t i = 0; i < items->size(); ++i)
-      value(*element, one, (*items)[i], path_of_element(path, i));
+      if (!fits_plainly(*element, one, (*items)[i]))
+        value(*element, one, (*items)[i], path_of_element(path, i));
   }
 
   void map(const TypeTree& t, const ParamSpec& spec, const Value& v, const std::string& path) {
@@ -290,12 +323,15 @@ class PartChecker {
     static const Map kNone;
     const Map* m = is_empty_table(v) ? &kNone : v.as_map();
     if (!m) return plain(t, spec, "map", v, path);
+    const Value* word = m->find(t.decided_by);
+    if (const std::string* name = word ? word->as_string() : nullptr)
+      for (const auto& [known, schema] : t.cases)
+        if (known == *name) return fields(schema, *m, path, t.decided_by, nullptr);
     ParamSpec decides;
     decides.name = t.decided_by;
     decides.type = "enum";
     for (const auto& [name, fields] : t.cases) decides.choices.push_back(name);
     const std::string at = path_of_field(path, t.decided_by);
-    const Value* word = m->find(t.decided_by);
     if (!word || word->is_nil()) return add(missing_argument(decides, at), at);
     const Result<Value> known = check_value(decides, *word, at);
     if (!known.ok()) return add(known.error(), at);

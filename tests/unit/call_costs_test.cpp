@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // How many allocations commands take that scripts call in loops, from Lua and back. Not timed: a
 // time would be that of the machine.
+#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "kernel/literal.h"
+#include "kernel/part_faults.h"
 #include "lua/lua_state.h"
 #include "support/allocations.h"
 
@@ -103,6 +106,37 @@ TEST_F(CallCosts, AnObjectIsAddedToALargeWorldAsToASmallOne) {
       "large:add_objects(many)");
   const double few = allocations("small:add_object{what = 'brick', name = 'n' .. i}");
   EXPECT_LE(allocations("large:add_object{what = 'brick', name = 'n' .. i}"), few + 8);
+}
+
+/// The check of the parts of an argument beside the whole call; rows are of the busiest tables.
+TEST_F(CallCosts, PartsAreCheckedOnceEachHoweverManyThereAre) {
+  struct Table {
+    const char *command, *argument, *row;
+  };
+  constexpr Table kTables[] = {
+      {"robot.create", "links", "{a = 0.3, alpha = 0.5, d = 0.1}"},
+      {"world.add_objects", "objects", "{what = \"brick\", name = \"o\", position = {1, 0, 0}}"},
+      {"task.create", "steps", "{step = \"move\", pose = \"home\", speed = 0.5}"},
+      {"trajectory.create", "segments",
+       "{shape = \"line\", points = {{0, 0, 0}, {0.1, 0, 0}}, speed = 0.1}"}};
+  for (const Table& t : kTables) {
+    const ParamSpec& param = *find_param(app_->commands.find(t.command)->params, t.argument);
+    const auto row = read_literal(t.row);
+    ASSERT_TRUE(row.ok()) << row.error().sentence();
+    const auto of = [&](std::size_t rows) {
+      const Value all(List(rows, *row));
+      EXPECT_TRUE(part_faults(param, all, t.argument).empty()) << t.command;
+      const std::size_t before = test::allocations;
+      (void)part_faults(param, all, t.argument);
+      return static_cast<double>(test::allocations - before);
+    };
+    const double few = of(10), many = of(1000), most = of(20'000);
+    std::cout << "Note: the parts of " << t.command << "{" << t.argument << "=} take " << most / 2e4
+              << " allocations a row.\n";
+    EXPECT_LE(many, 100 * few) << t.command;
+    EXPECT_LE(most, 21 * many + 100) << t.command;  // longer paths
+    EXPECT_LE(most / 2e4, 32) << t.command;
+  }
 }
 
 TEST_F(CallCosts, AParameterIsAddedToALongChainAsToAShortOne) {
