@@ -4,8 +4,10 @@
 // threads. How many allocations a call makes is counted beside.
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -13,6 +15,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "kernel/literal.h"
+#include "kernel/part_faults.h"
 #include "lua/lua_state.h"
 #include "support/allocations.h"
 
@@ -119,6 +123,94 @@ void choices_of_a_form(benchmark::State& state) {
 }
 BENCHMARK(choices_of_a_form)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 
+/// Processor time of this thread [s].
+double thread_seconds() {
+  timespec t{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Every argument of every command, of a world with 10,000 objects, a robot, a task and a program:
+/// all sources of choices. The time is that of the slowest answer.
+void choices_of_every_argument(benchmark::State& state) {
+  Program p(kHall + kMany +
+            "cell:add_objects(many)\narm = robot.get('kr5')\n"
+            "cell:add_robot{robot = arm, name = 'left'}\n"
+            "task.create{name = 'job', steps = {{step = 'message', text = 'go'}}}\n"
+            "program.create{name = 'weld', source = 'PROGRAM weld; BEGIN HALT; ENDPROGRAM;'}\n");
+  const auto given = [](const ioci::CommandSpec& spec) {
+    const std::string_view kind = spec.params.empty() ? "" : std::string_view(spec.params[0].type);
+    for (const auto& [type, name] : {std::pair{"ref:world", "cell"},
+                                     {"ref:robot", "kr5"},
+                                     {"ref:solid", "brick"},
+                                     {"ref:task", "job"},
+                                     {"ref:program", "weld"}})
+      if (kind == type) return Map{{"id", name}, {"robot", "left"}};
+    return Map();
+  };
+  std::size_t asked = 0;
+  for (auto _ : state) {
+    double slowest = 0;
+    for (const ioci::CommandSpec* spec : p.app->commands.list())
+      for (const ParamSpec& param : spec->params) {
+        const double begin = thread_seconds();
+        const auto found = p.app->dispatch(
+            p.session, "schema.choices",
+            Map{{"command", spec->name}, {"argument", param.name}, {"given", given(*spec)}});
+        benchmark::DoNotOptimize(found);
+        const double took = thread_seconds() - begin;
+        if (took > slowest) state.SetLabel(spec->name + " " + param.name);
+        slowest = std::max(slowest, took);
+        ++asked;
+      }
+    state.SetIterationTime(slowest);
+  }
+  state.counters["arguments"] =
+      static_cast<double>(asked) / static_cast<double>(state.iterations());
+}
+BENCHMARK(choices_of_every_argument)
+    ->Name("slowest_choices_of_any_argument")
+    ->Iterations(3)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// The check of the parts of an argument with many rows.
+void check_rows(benchmark::State& state, const char* command, const char* argument,
+                const char* row) {
+  Program p(kHall);
+  const ioci::CommandSpec* spec = p.app->commands.find(command);
+  const auto one = read_literal(row);
+  if (!spec || !one.ok()) std::abort();
+  const ParamSpec& param = *find_param(spec->params, argument);
+  const Value rows(List(static_cast<std::size_t>(state.range(0)), *one));
+  for (auto _ : state) benchmark::DoNotOptimize(part_faults(param, rows, argument));
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+BENCHMARK_CAPTURE(check_rows, links, "robot.create", "links", "{a = 0.3, alpha = 0.5, d = 0.1}")
+    ->Arg(10)
+    ->Arg(1000)
+    ->Arg(100'000)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(check_rows, objects, "world.add_objects", "objects",
+                  "{what = \"brick\", name = \"o\", position = {1, 0, 0}}")
+    ->Arg(10)
+    ->Arg(1000)
+    ->Arg(100'000)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(check_rows, segments, "trajectory.create", "segments",
+                  "{shape = \"line\", points = {{0, 0, 0}, {0.1, 0, 0}}, speed = 0.1}")
+    ->Arg(10)
+    ->Arg(1000)
+    ->Arg(100'000)
+    ->Unit(benchmark::kMicrosecond);
+
+/// The first call of a program describes each command.
+void describe_all_commands_first(benchmark::State& state) { once(state, kHall, "ioci.describe()"); }
+BENCHMARK(describe_all_commands_first)
+    ->Iterations(3)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
 void describe_all_commands(benchmark::State& state) {
   Program p(kHall);
   for (auto _ : state) benchmark::DoNotOptimize(p.app->dispatch(p.session, "ioci.describe", Map()));
@@ -196,17 +288,8 @@ void calls(benchmark::State& state, const std::string& setup, const std::string&
   state.SetItemsProcessed(state.iterations() * 1000);
 }
 
-/// What a window asks for before it draws a form: all commands, then the choices of each argument.
-void describe_all(benchmark::State& state) {
-  Program p("");
-  for (auto _ : state) {
-    const auto all = p.app->dispatch(p.session, "ioci.describe", Map());
-    benchmark::DoNotOptimize(all);
-  }
-}
-BENCHMARK(describe_all)->Name("describe_all_commands")->Unit(benchmark::kMillisecond);
-
-void choices_of_a_form(benchmark::State& state) {
+/// The choices of each argument of a command with many sources, in a small world.
+void choices_of_plan_path(benchmark::State& state) {
   Program p(
       "arm = robot.get('kr5')\ncell = world.create{name = 'cell'}\n"
       "cell:add_robot{robot = arm, name = 'left'}");
@@ -220,7 +303,7 @@ void choices_of_a_form(benchmark::State& state) {
       benchmark::DoNotOptimize(found);
     }
 }
-BENCHMARK(choices_of_a_form)->Unit(benchmark::kMillisecond);
+BENCHMARK(choices_of_plan_path)->Unit(benchmark::kMillisecond);
 
 /// The unit is that of a thousand calls, so a millisecond stands for a microsecond a call.
 BENCHMARK_CAPTURE(calls, trivial, "", "version()")
