@@ -90,7 +90,7 @@ struct FaultRemedy {
   std::string untried{};
   bool operator==(const FaultRemedy&) const = default;
 };
-/// FaultRemedy::untried of what is found below the commands: fault.list carries such remedies out.
+/// FaultRemedy::untried of faults found below the commands, whose remedies fault.list tries.
 inline constexpr const char* kUntriedByList = "fault.list tries it.";
 
 struct Fault {
