@@ -8,46 +8,76 @@ namespace robomosp {
 namespace {
 
 thread_local std::weak_ptr<CallQueue> queue_here;
-thread_local std::size_t serving_here = 0;  ///< calls, one within another
-constexpr std::chrono::milliseconds kQueueLook{50};
+thread_local CallQueue::Context context_here;
+constexpr std::chrono::milliseconds kQueueLook{50}, kPatientLook{10};
 
 }  // namespace
 
 struct CallQueue::Call {
+  explicit Call(const std::function<void()>* f) : fn(f) {}
   const std::function<void()>* fn;
+  std::mutex mutex;
+  std::condition_variable changed;
   enum class State : std::uint8_t { waiting, running, done, refused } state = State::waiting;
+  /// The caller may destroy this as soon as it sees the new state.
+  void become(State next) {
+    const std::lock_guard lock(mutex);
+    state = next;
+    changed.notify_all();
+  }
 };
 
 CallQueue::Outcome CallQueue::call(const std::function<void()>& fn, std::chrono::milliseconds limit,
                                    const std::function<bool()>& gives_up) {
+  const std::function<bool()>* const patient = context_here.gives_up;
   const auto end = std::chrono::steady_clock::now() + limit;
-  Call call{&fn};
-  std::unique_lock lock(mutex_);
-  if (opened_ == 0) return Outcome::closed;
-  calls_.push_back(&call);
-  waiting_.fetch_add(1, std::memory_order_release);
-  for (Waker* w : wakers_) w->wake_();
-  const auto withdraw = [&](Outcome outcome) {
-    std::erase(calls_, &call);
-    waiting_.fetch_sub(1, std::memory_order_release);
-    return outcome;
-  };
-  const auto moved = [&] { return call.state != Call::State::waiting; };
-  while (!moved()) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now >= end) return withdraw(Outcome::late);
-    done_.wait_until(lock, std::min(end, now + kQueueLook), moved);
-    if (moved() || !gives_up) continue;
-    lock.unlock();
-    const bool is_given_up = gives_up();
-    lock.lock();
-    if (is_given_up && !moved()) return withdraw(Outcome::given_up);
+  Call call(&fn);
+  {
+    const std::lock_guard lock(mutex_);
+    if (opened_ == 0) return Outcome::closed;
+    calls_.push_back(&call);
+    waiting_.fetch_add(1, std::memory_order_release);
+    for (Waker* w : wakers_) w->wake_();
   }
-  done_.wait(lock, [&] { return call.state != Call::State::running; });
+  /// False if the owner has taken it already.
+  const auto withdraw = [&] {
+    const std::lock_guard lock(mutex_);
+    if (std::erase(calls_, &call) == 0) return false;
+    waiting_.fetch_sub(1, std::memory_order_release);
+    return true;
+  };
+  std::unique_lock lock(call.mutex);
+  const auto has_moved = [&] { return call.state != Call::State::waiting; };
+  for (;;) {
+    const auto left = patient ? std::chrono::steady_clock::duration(kPatientLook)
+                              : std::min<std::chrono::steady_clock::duration>(
+                                    end - std::chrono::steady_clock::now(), kQueueLook);
+    if (wait_serving(lock, call.changed, left, has_moved)) break;
+    lock.unlock();
+    const bool is_given_up = (gives_up && gives_up()) || (patient && (*patient)());
+    const bool is_late = !patient && std::chrono::steady_clock::now() >= end;
+    if ((is_given_up || is_late) && withdraw())
+      return is_given_up ? Outcome::given_up : Outcome::late;
+    lock.lock();
+  }
+  wait_serving(lock, call.changed, [&] {
+    return call.state == Call::State::done || call.state == Call::State::refused;
+  });
   return call.state == Call::State::done ? Outcome::done : Outcome::closed;
 }
 
-bool CallQueue::is_serving() { return serving_here > 0; }
+bool CallQueue::is_serving() { return context_here.is_serving; }
+
+CallQueue::Context CallQueue::Context::here() { return context_here; }
+
+CallQueue::ContextScope::ContextScope(const Context& context) : before_(context_here) {
+  context_here = context;
+}
+CallQueue::ContextScope::~ContextScope() { context_here = before_; }
+
+CallQueue::PatientScope::PatientScope(const std::function<bool()>& gives_up)
+    : before_(std::exchange(context_here.gives_up, &gives_up)) {}
+CallQueue::PatientScope::~PatientScope() { context_here.gives_up = before_; }
 
 std::size_t CallQueue::serve() {
   std::size_t count = 0;
@@ -56,15 +86,15 @@ std::size_t CallQueue::serve() {
     Call* call = calls_.front();
     calls_.pop_front();
     waiting_.fetch_sub(1, std::memory_order_release);
-    call->state = Call::State::running;
     lock.unlock();
-    ++serving_here;
-    (*call->fn)();
-    --serving_here;
-    lock.lock();
-    call->state = Call::State::done;
-    done_.notify_all();
+    call->become(Call::State::running);
+    {
+      const ContextScope serving({.is_serving = true, .gives_up = nullptr});
+      (*call->fn)();
+    }
+    call->become(Call::State::done);
     ++count;
+    lock.lock();
   }
   return count;
 }
@@ -77,10 +107,8 @@ void CallQueue::open() {
 void CallQueue::close() {
   const std::lock_guard lock(mutex_);
   if (--opened_ > 0) return;
-  for (Call* call : calls_) call->state = Call::State::refused;
   waiting_.fetch_sub(calls_.size(), std::memory_order_release);
-  calls_.clear();
-  done_.notify_all();
+  for (Call* call : std::exchange(calls_, {})) call->become(Call::State::refused);
 }
 
 CallQueue::Waker::Waker(CallQueue& queue, std::function<void()> wake)

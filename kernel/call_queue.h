@@ -33,13 +33,46 @@ class CallQueue {
     given_up  ///< the caller cancelled
   };
   /// Runs `fn` on the owner's thread and waits until it returns. `limit` applies until the call
-  /// starts; `gives_up` (may be empty) is polled every 50 ms until then. Not for the owner.
+  /// starts; `gives_up` (may be empty) is polled every 50 ms until then. If this thread has a queue
+  /// too, it runs the calls handed to it meanwhile, so that threads may call each other. Not for
+  /// the owner.
   [[nodiscard]] Outcome call(const std::function<void()>& fn, std::chrono::milliseconds limit,
                              const std::function<bool()>& gives_up = {});
   /// Runs all waiting calls; returns their number. [owner]
   std::size_t serve();
-  /// True if this thread is currently running a call of another thread.
+  /// True if this thread is currently running a call of another thread, or helps one that does.
+  /// Then it must not wait for a value that a third thread makes: that one may wait for this call.
   [[nodiscard]] static bool is_serving();
+
+  /// During its lifetime, calls made by this thread wait for their owner without limit, and are
+  /// given up once `gives_up` returns true: for background work that can be stopped. [this thread]
+  class PatientScope {
+   public:
+    explicit PatientScope(const std::function<bool()>& gives_up);
+    ~PatientScope();
+    PatientScope(const PatientScope&) = delete;
+    PatientScope& operator=(const PatientScope&) = delete;
+
+   private:
+    const std::function<bool()>* before_;
+  };
+  /// How calls of a thread are made and run, for threads that help it or work on its behalf.
+  struct Context {
+    bool is_serving = false;
+    const std::function<bool()>* gives_up = nullptr;  ///< of a PatientScope; lives as long as that
+    [[nodiscard]] static Context here();
+  };
+  /// Gives this thread the context of another one.
+  class ContextScope {
+   public:
+    explicit ContextScope(const Context& context);
+    ~ContextScope();
+    ContextScope(const ContextScope&) = delete;
+    ContextScope& operator=(const ContextScope&) = delete;
+
+   private:
+    const Context before_;
+  };
   [[nodiscard]] bool has_calls() const { return waiting_.load(std::memory_order_acquire) > 0; }
   /// open() and close() count the users that the owner runs calls for; without users, waiting and
   /// new calls are refused. [owner]
@@ -69,8 +102,7 @@ class CallQueue {
  private:
   struct Call;
   const std::thread::id owner_ = std::this_thread::get_id();
-  std::mutex mutex_;
-  std::condition_variable done_;
+  std::mutex mutex_;            // locked before the mutex of a call
   std::deque<Call*> calls_;     // guarded by mutex_; the callers own them
   std::vector<Waker*> wakers_;  // guarded by mutex_
   std::size_t opened_ = 0;      // guarded by mutex_

@@ -18,6 +18,7 @@ struct Executor::Spread {
   // Both live as long as a part is left to be taken.
   const std::function<void(std::size_t)>* part = nullptr;
   const Permit* permit = nullptr;
+  CallQueue::Context calls;
   std::size_t parts = 0;
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
@@ -27,6 +28,7 @@ struct Executor::Spread {
   std::size_t take_all() {
     std::size_t taken = 0;
     const PermitScope permitted(permit);
+    const CallQueue::ContextScope as_caller(calls);
     for (std::size_t i = next.fetch_add(1); i < parts; i = next.fetch_add(1)) {
       (*part)(i);
       ++taken;
@@ -124,6 +126,7 @@ void Executor::spread(std::size_t parts, std::size_t threads,
   const auto shared = std::make_shared<Spread>();
   shared->part = &part;
   shared->permit = current_permit();
+  shared->calls = CallQueue::Context::here();
   shared->parts = parts;
   for (std::size_t h = 0; h < helpers; ++h)
     start({[shared] { shared->count(shared->take_all()); }, true});

@@ -61,6 +61,7 @@ struct Jobs::Job {
   JobStatus status;                      // guarded by mutex_
   Work work;                             // taken by the thread that does it
   std::shared_ptr<const Permit> permit;  // of whoever submitted it
+  bool is_serving = false;               // submitted within a call of another thread
   std::stop_source stop;
   bool has_begun = false;               // guarded by mutex_; its work was called
   std::optional<Result<Value>> result;  // guarded by mutex_
@@ -109,6 +110,7 @@ std::uint64_t Jobs::submit(std::string label, JobOwner owner, Work work) {
   auto job = std::make_shared<Job>();
   job->work = std::move(work);
   job->permit = keep_permit();
+  job->is_serving = CallQueue::is_serving();
   std::uint64_t id = 0;
   Launched launched;
   {
@@ -228,6 +230,7 @@ void Jobs::work_on(const std::shared_ptr<Job>& job) {
       tell(now());
   });
   const PermitScope permitted(job->permit.get());
+  const CallQueue::ContextScope as_caller({.is_serving = job->is_serving, .gives_up = nullptr});
   const bool begins = [&] {
     const std::lock_guard lock(mutex_);
     return job->has_begun = !job->stop.stop_requested();

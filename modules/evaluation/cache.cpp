@@ -12,8 +12,6 @@ namespace {
 
 /// How often one who waits for a value looks whether it is cancelled.
 constexpr std::chrono::milliseconds kLook{20};
-/// Values that this thread makes, one within another.
-thread_local std::size_t made_here = 0;
 
 }  // namespace
 
@@ -33,14 +31,13 @@ Cache::Turn Cache::begin(const Fingerprint& key, const Fingerprint& failure_key)
     if (!flight) {
       turn.own = flight = std::make_shared<Flight>();
       flight->maker = std::this_thread::get_id();
-    } else if (flight->maker != std::this_thread::get_id() &&
-               !(made_here > 0 && CallQueue::is_serving())) {
+    } else if (flight->maker != std::this_thread::get_id() && !CallQueue::is_serving()) {
       ++stats_.hits;
       turn.other = flight;
       return turn;
     }
     // Else nobody may be able to make it before this call returns: a thread that answers a call of
-    // another one, while it makes values itself, holds these up.
+    // another one holds up that one, and whoever waits for a value that it makes.
   }
   ++stats_.misses;
   return turn;
@@ -62,13 +59,10 @@ Result<std::optional<Cache::Value>> Cache::wait(Flight& flight, const Progress& 
 }
 
 Cache::Landing::Landing(Cache& cache, const Fingerprint& key, std::shared_ptr<Flight> flight)
-    : cache_(cache), key_(key), flight_(std::move(flight)) {
-  if (flight_) ++made_here;
-}
+    : cache_(cache), key_(key), flight_(std::move(flight)) {}
 
 Cache::Landing::~Landing() {
   if (!flight_) return;
-  --made_here;
   const std::lock_guard lock(cache_.mutex_);
   flight_->outcome = std::move(outcome_);
   flight_->has_landed = true;

@@ -223,6 +223,83 @@ TEST(CallQueue, WhoDoesNotComeToItInTimeIsLate) {
   EXPECT_EQ(closed, CallQueue::Outcome::closed);
 }
 
+TEST(CallQueue, ThreadsThatCallEachOtherAnswerWhileTheyWait) {
+  // Each answers a call by calling the other one, to a depth of ten.
+  std::shared_ptr<CallQueue> queues[2];
+  std::latch ready(2), done(2);
+  std::atomic<int> answered{0};
+  const std::function<void(int, int)> call = [&](int to, int depth) {
+    const std::function<void()> answer = [&, to, depth] {
+      EXPECT_TRUE(CallQueue::is_serving());
+      ++answered;
+      if (depth > 1) call(1 - to, depth - 1);
+    };
+    EXPECT_EQ(queues[to]->call(answer, 10s), CallQueue::Outcome::done);
+  };
+  const auto live = [&](int me) {
+    queues[me] = CallQueue::for_this_thread();
+    queues[me]->open();
+    ready.arrive_and_wait();
+    for (int i = 0; i < 50; ++i) call(1 - me, 10);
+    EXPECT_FALSE(CallQueue::is_serving());
+    done.count_down();
+    while (!done.try_wait()) {  // the other one may still call
+      queues[me]->serve();
+      std::this_thread::yield();
+    }
+    queues[me]->close();
+  };
+  { std::jthread one(live, 0), two(live, 1); }
+  EXPECT_EQ(answered, 2 * 50 * 10);
+}
+
+TEST(CallQueue, CallsAreAnsweredInTheOrderInWhichTheyWereMade) {
+  const auto own = CallQueue::for_this_thread();
+  own->open();
+  std::vector<int> order;
+  std::vector<std::jthread> callers;
+  for (int i = 0; i < 8; ++i) {
+    std::atomic<bool> has_called{false};
+    // Each is known to wait before the next one calls.
+    const CallQueue::Waker waker(*own, [&] { has_called = true; });
+    callers.emplace_back([&, i] {
+      EXPECT_EQ(own->call([&order, i] { order.push_back(i); }, 10s), CallQueue::Outcome::done);
+    });
+    while (!has_called) std::this_thread::yield();
+  }
+  EXPECT_EQ(own->serve(), 8U);
+  callers.clear();
+  EXPECT_EQ(order, (std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7}));
+  own->close();
+}
+
+TEST(CallQueue, APatientCallerWaitsBeyondTheLimitUntilItGivesUp) {
+  const auto own = CallQueue::for_this_thread();
+  own->open();
+  std::atomic<bool> gives_up{false};
+  CallQueue::Outcome patient{}, given_up{};
+  std::atomic<bool> is_first_done{false};
+  std::jthread caller([&] {
+    const std::function<bool()> stops = [&] { return gives_up.load(); };
+    {
+      const CallQueue::PatientScope scope(stops);
+      patient = own->call([] {}, 1ms);
+      is_first_done = true;
+      given_up = own->call([] { FAIL(); }, 10s);
+    }
+    EXPECT_EQ(own->call([] { FAIL(); }, 1ms), CallQueue::Outcome::late);
+  });
+  while (!own->has_calls()) std::this_thread::yield();
+  std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(own->serve(), 1U);
+  while (!is_first_done || !own->has_calls()) std::this_thread::yield();
+  gives_up = true;
+  caller.join();
+  EXPECT_EQ(patient, CallQueue::Outcome::done);
+  EXPECT_EQ(given_up, CallQueue::Outcome::given_up);
+  own->close();
+}
+
 TEST(CallQueue, AWaitWithoutCallsEndsWithItsTime) {
   const auto own = CallQueue::for_this_thread();
   std::mutex mutex;
@@ -304,6 +381,38 @@ TEST(Executor, TasksRunAndTheirThreadsAreUsedAgain) {
   std::sort(who.begin(), who.end());
   const auto threads = std::unique(who.begin(), who.end()) - who.begin();
   EXPECT_LE(threads, 3);
+}
+
+TEST(Executor, HelpersOfAThreadThatAnswersACallKnowThatItDoes) {
+  const auto own = CallQueue::for_this_thread();
+  own->open();
+  Executor executor(4);
+  std::atomic<int> serving{0}, patient{0};
+  std::jthread caller([&] {
+    EXPECT_EQ(own->call(
+                  [&] {
+                    executor.spread(16, 4, [&](std::size_t) {
+                      std::this_thread::sleep_for(1ms);  // so that helpers get some
+                      serving += CallQueue::is_serving();
+                    });
+                  },
+                  10s),
+              CallQueue::Outcome::done);
+    const std::function<bool()> never = [] { return false; };
+    const CallQueue::PatientScope scope(never);
+    executor.spread(16, 4, [&](std::size_t) {
+      std::this_thread::sleep_for(1ms);
+      patient += CallQueue::Context::here().gives_up == &never;
+    });
+  });
+  while (serving < 16) {
+    own->serve();
+    std::this_thread::yield();
+  }
+  caller.join();
+  EXPECT_EQ(serving, 16);
+  EXPECT_EQ(patient, 16);
+  own->close();
 }
 
 TEST(Executor, WhatAPartAsksOfTheCallersThreadIsAnsweredThere) {

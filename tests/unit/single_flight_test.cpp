@@ -17,6 +17,7 @@
 #include "evaluation/cache.h"
 #include "evaluation/derived.h"
 #include "kernel/call_queue.h"
+#include "kernel/executor.h"
 #include "kernel/plugin_loader.h"
 #include "support/records.h"
 
@@ -305,6 +306,55 @@ TEST(CacheFlight, AThreadThatAnswersACallWhileItMakesAValueWaitsForNoOther) {
   is_over = true;
   owner.join();
   other.join();
+}
+
+/// A thread that answers the call of a maker must not wait for what that one makes, whether it asks
+/// itself or by a thread that helps it.
+TEST(CacheFlight, WhoAnswersACallOfTheMakerOfAValueDoesNotWaitForIt) {
+  for (const bool is_helped : {false, true}) {
+    Cache cache(1 << 20);
+    CancelledByTest p;
+    Executor executor(4);
+    const auto bytes = [](int) { return 4; };
+    std::shared_ptr<CallQueue> queue;
+    std::atomic<bool> has_queue{false}, is_over{false};
+    std::thread owner([&] {  // as the thread of a script does that makes no value itself
+      queue = CallQueue::for_this_thread();
+      queue->open();
+      has_queue = true;
+      while (!is_over) {
+        queue->serve();
+        std::this_thread::sleep_for(1ms);
+      }
+      queue->close();
+    });
+    wait_for([&] { return has_queue.load(); });
+    std::atomic<int> got{0};
+    const auto ask = [&](std::size_t) {
+      CancelledByTest own;
+      std::this_thread::sleep_for(1ms);  // so that helpers get a part
+      const auto one = cache.get<int>(
+          number_key(1), number_key(1), own, []() -> Result<int> { return 1; }, bytes);
+      if (one.ok()) got += **one;
+    };
+    const auto made = cache.get<int>(
+        number_key(1), number_key(1), p,
+        [&]() -> Result<int> {
+          const auto outcome = queue->call(
+              [&] {
+                if (is_helped) executor.spread(8, 4, ask);
+                else ask(0);
+              },
+              10s);
+          EXPECT_EQ(outcome, CallQueue::Outcome::done);
+          return 1;
+        },
+        bytes);
+    ASSERT_TRUE(made.ok());
+    EXPECT_EQ(got, is_helped ? 8 : 1);
+    is_over = true;
+    owner.join();
+  }
 }
 
 }  // namespace
