@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <system_error>
 #include <utility>
@@ -51,7 +52,7 @@ Executor::~Executor() {
     const std::lock_guard lock(mutex_);
     is_ending_ = true;
   }
-  wake_.notify_all();
+  wake_.ring();
   for (std::size_t i = 0;; ++i) {  // a task may have started another one
     std::thread thread;
     {
@@ -106,7 +107,7 @@ void Executor::start(Task task) {
     if (has_thread) tasks_.push_back(std::move(task));
     else if (task.is_helper) --helpers_;
   }
-  if (has_thread) wake_.notify_one();
+  if (has_thread) wake_.ring_one();
   else task.work();
 }
 

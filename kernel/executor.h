@@ -3,13 +3,14 @@
 // core).
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "kernel/bell.h"
 
 namespace robomosp {
 
@@ -44,7 +45,7 @@ class Executor {
   void start(Task task);
   const std::size_t cores_;
   std::mutex mutex_;
-  std::condition_variable wake_;
+  Bell wake_;
   std::deque<Task> tasks_;            // guarded by mutex_
   std::vector<std::thread> threads_;  // guarded by mutex_
   std::size_t busy_ = 0;              // guarded by mutex_; threads running a task
