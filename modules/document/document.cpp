@@ -346,6 +346,11 @@ struct Draft::Branch {
   std::unordered_set<AnyId> is_touched;
   std::unordered_map<AnyId, RecordPtr> outside;  ///< of the history
   std::size_t commits = 0;
+  /// The last preview on a later state of the document, and what it was made from.
+  struct Preview {
+    SnapshotPtr document, draft, shown;
+  };
+  Preview preview;
 
   /// With mutex held.
   [[nodiscard]] Result<void> usable() const {
@@ -991,6 +996,44 @@ std::vector<RecordChange> Draft::changes() const {
     if (!is_same(c.before, c.after)) all.push_back(std::move(c));
   }
   return all;
+}
+
+Result<SnapshotPtr> Draft::preview() const {
+  Branch& b = *branch_;
+  Document::Impl& doc = *b.document.impl_;
+  Transaction tx(b.document, b.label, b.author, {}, 0);
+  Transaction::Work& w = *tx.work_;
+  const auto reads = std::exchange(w.now.reads_, nullptr);
+  SnapshotPtr draft, current;
+  {
+    const std::lock_guard lock(b.mutex);
+    current = doc.now();
+    draft = b.now;
+    if (b.phase == Branch::Phase::ended || b.touched.empty()) return current;
+    if (current->state_ == b.base->state_) return draft;
+    const bool is_of_draft = b.preview.draft == draft;
+    // Just now the document may have its edits already, which would be a conflict with themselves.
+    if (b.phase == Branch::Phase::accepting) return is_of_draft ? b.preview.shown : draft;
+    if (is_of_draft && b.preview.document == current) return b.preview.shown;
+    if (b.epoch != doc.epoch) return cleared_meanwhile();
+    w.base = b.base->state_;
+    w.now.state_ = draft->state_;
+    reads->join(b.reads);
+    w.touched = b.touched;
+  }
+  {
+    const AppLock::Hold hold(*doc.lock, "preview");  // a conflict names who changed a record
+    RMP_TRY(w.rebase(current->state_, *reads));
+  }
+  RMP_TRY(w.judge(w.changes(), nullptr));
+  w.state().revision = doc.next_draft_revision++;
+  auto made = std::make_shared<Snapshot>();
+  made->state_ = std::move(w.now.state_);
+  SnapshotPtr shown = std::move(made);
+  Branch::Preview old{current, draft, shown};  // let go after the mutex
+  const std::lock_guard lock(b.mutex);
+  std::swap(b.preview, old);
+  return shown;
 }
 
 Result<Transaction> Draft::begin(std::string label) {

@@ -37,6 +37,10 @@ class Draft {
   /// on.
   [[nodiscard]] SnapshotPtr now() const;
   static constexpr std::uint64_t kFirstRevision = std::uint64_t{1} << 62;
+  /// The records as accept() would publish them now: the present document with the draft's edits.
+  /// After the draft has ended, the present document. While nothing changes it returns the same
+  /// snapshot. The errors are the conflicts of accept().
+  [[nodiscard]] Result<SnapshotPtr> preview() const;
   /// What accept() would change, each record once, in the order of the first edit.
   [[nodiscard]] std::vector<RecordChange> changes() const;
   [[nodiscard]] std::size_t commits() const;  ///< commits with changes

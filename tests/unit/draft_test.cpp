@@ -126,6 +126,48 @@ TEST(Draft, WhatOthersChangedMeanwhileIsMergedOrNamed) {
   EXPECT_EQ(density_in(*d.now(), steel), 9000);
 }
 
+TEST(Draft, ItsPreviewIsWhatAcceptingItWouldPublishNow) {
+  Document d;
+  const auto steel = test::make(d, "steel", metal(7850));
+  const auto brass = test::make(d, "brass", metal(8500));
+  const auto set = [&](auto& on, MaterialId id, double density) {
+    auto tx = on.begin("density");
+    ASSERT_TRUE(tx.ok());
+    set_density(*tx, id, density);
+    ASSERT_TRUE(tx->commit().ok());
+  };
+  Draft draft(d, "lighter", {});
+  EXPECT_EQ(*draft.preview(), d.now()) << "no edits yet";
+  set(draft, steel, 7000);
+  EXPECT_EQ(*draft.preview(), draft.now()) << "nobody changed the document";
+  set(d, brass, 8400);
+  const auto both = draft.preview();
+  ASSERT_TRUE(both.ok()) << both.error().sentence();
+  EXPECT_EQ(density_in(**both, steel), 7000);
+  EXPECT_EQ(density_in(**both, brass), 8400);
+  EXPECT_GE((*both)->revision(), Draft::kFirstRevision);
+  EXPECT_EQ(*draft.preview(), *both) << "the same as long as nothing changes";
+  EXPECT_EQ(density_in(*d.now(), steel), 7850);
+  // In conflict with the document, and no more once that is taken back.
+  set(d, steel, 9000);
+  const auto refused = draft.preview();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().message.find("material \"steel\" was changed"), std::string::npos);
+  EXPECT_EQ(draft.accept().error().message, refused.error().message);
+  ASSERT_TRUE(d.undo().ok());
+  const auto again = draft.preview();
+  ASSERT_TRUE(again.ok()) << again.error().sentence();
+  const std::string wanted = document::content_digest(**again);
+  const auto records = {(*again)->share(AnyId(steel)), (*again)->share(AnyId(brass))};
+  ASSERT_TRUE(draft.accept().ok());
+  EXPECT_EQ(d.content_digest(), wanted);
+  EXPECT_TRUE(std::equal(
+      records.begin(), records.end(),
+      std::initializer_list{d.now()->share(AnyId(steel)), d.now()->share(AnyId(brass))}.begin()))
+      << "the records themselves, so that nothing is computed again";
+  EXPECT_EQ(*draft.preview(), d.now());
+}
+
 TEST(Draft, TransactionsOnOneDraftOvertakeEachOtherAsOnTheDocument) {
   Document d;
   const auto steel = test::make(d, "steel", metal(7850));
