@@ -3,11 +3,11 @@
 
 #include <set>
 #include <string>
+#include <type_traits>
 #include <unordered_set>
 #include <utility>
 
-#include "scene/ids.h"
-#include "spatial/pose.h"
+#include "scene/placed_elements.h"
 
 namespace robomosp::scene {
 namespace {
@@ -15,11 +15,6 @@ namespace {
 /// Opacity of a robot where it is not.
 constexpr float kGhost = 0.3F;
 constexpr Colour kTouching{0.85F, 0.08F, 0.06F, 1.0F};
-
-template <class T>
-std::uint64_t id_in(const std::string& owner, const Element<T>& e) {
-  return item_id(owner, e.group, e.number);
-}
 
 std::string name_in(const Member& m, const std::string& part) {
   switch (m.kind) {
@@ -40,7 +35,15 @@ void paint_touching(render::Appearance& a) {
   a.metalness = 0;
 }
 
-render::Item placed(const Member& m, const std::string& owner, const Element<render::Item>& e) {
+template <class T>
+const Element<T>& element_at(const ElementRef& ref, const std::vector<Element<T>>& list) {
+  return list[ref.index];
+}
+
+}  // namespace
+
+render::Item placed_item(const Member& m, const std::string& owner,
+                         const Element<render::Item>& e) {
   render::Item item = e.what;
   item.id = id_in(owner, e);
   item.name = name_in(m, e.what.name);
@@ -49,13 +52,6 @@ render::Item placed(const Member& m, const std::string& owner, const Element<ren
   if (m.touches(e.body)) paint_touching(item.appearance);
   return item;
 }
-
-template <class T>
-const Element<T>& element_at(const ElementRef& ref, const std::vector<Element<T>>& list) {
-  return list[ref.index];
-}
-
-}  // namespace
 
 std::uint64_t id_of(const ElementRef& ref) {
   std::uint64_t id = 0;
@@ -67,7 +63,8 @@ std::uint64_t id_of(const ElementRef& ref) {
 }
 
 render::Item item_of(const ElementRef& ref) {
-  return placed(*ref.member, ref.member->owner(), ref.member->shape(ref.layer)->items[ref.index]);
+  return placed_item(*ref.member, ref.member->owner(),
+                     ref.member->shape(ref.layer)->items[ref.index]);
 }
 
 render::Scene to_scene(const Frame& frame, std::vector<std::size_t>* group_of) {
@@ -75,53 +72,21 @@ render::Scene to_scene(const Frame& frame, std::vector<std::size_t>* group_of) {
   std::size_t groups = 0;
   frame.for_each_member([&](const MemberPtr& member) {
     const Member& m = *member;
-    const std::string owner = m.owner();
-    for (std::size_t layer = 0; layer < kShapeLayers; ++layer) {
-      const ShapePtr& shape = m.shapes[layer];
-      if (!shape) continue;
-      // A body of a robot and a trajectory move as a whole, all else item by item.
-      const bool moves_by_body = m.kind == MemberKind::robot || m.kind == MemberKind::trajectory;
-      std::int32_t last = -2;
-      for (const auto& e : shape->items) {
-        out.items.push_back(placed(m, owner, e));
-        if (!group_of) continue;
-        if (!moves_by_body || layer != 0 || e.body != last) ++groups;
-        last = e.body;
-        group_of->push_back(groups - 1);
-      }
-      for (const auto& e : shape->lines) {
-        render::Line line = e.what;
-        line.id = id_in(owner, e);
-        const Pose world_T_body = m.world_T(e.body);
-        for (Vec3& p : line.points) p = spatial::transform(world_T_body, p);
-        out.lines.push_back(std::move(line));
-      }
-      for (const auto& e : shape->triads) {
-        // The hand of an exploded robot is not where the tool's frame is.
-        if (group_of && e.group == kToolBody) continue;
-        render::Triad triad = e.what;
-        triad.id = id_in(owner, e);
-        triad.pose = spatial::compose(m.world_T(e.body), triad.pose);
-        out.triads.push_back(std::move(triad));
-      }
-      for (const auto& e : shape->marks) {
-        render::MassMark mark = e.what;
-        mark.id = id_in(owner, e);
-        mark.pose = spatial::compose(m.world_T(e.body), mark.pose);
-        out.marks.push_back(std::move(mark));
-      }
-      for (const auto& e : shape->labels) {
-        render::Label label = e.what;
-        label.place = spatial::transform(m.world_T(e.body), label.place);
-        out.labels.push_back(std::move(label));
-      }
-      for (const auto& e : shape->legends) out.legends.push_back(e.what);
-      for (const auto& e : shape->lights) {
-        render::Light light = e.what;
-        light.pose = spatial::compose(m.world_T(e.body), light.pose);
-        out.lights.push_back(light);
-      }
-    }
+    // A body of a robot and a trajectory move as a whole, all else item by item.
+    const bool moves_by_body = m.kind == MemberKind::robot || m.kind == MemberKind::trajectory;
+    std::size_t last_layer = kShapeLayers;
+    std::int32_t last = -2;
+    for_each_placed(m, [&](std::size_t layer, const auto& e, auto placed) {
+      using T = decltype(placed);
+      if (std::exchange(last_layer, layer) != layer) last = -2;
+      // The hand of an exploded robot is not where the tool's frame is.
+      if (std::is_same_v<T, render::Triad> && group_of && e.group == kToolBody) return;
+      list_for<T>(out).push_back(std::move(placed));
+      if (!std::is_same_v<T, render::Item> || !group_of) return;
+      if (!moves_by_body || layer != 0 || e.body != last) ++groups;
+      last = e.body;
+      group_of->push_back(groups - 1);
+    });
   });
   return out;
 }

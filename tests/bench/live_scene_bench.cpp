@@ -6,7 +6,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include "scene/flat_scene.h"
 #include "scene/scene_model.h"
+#include "support/allocations.h"
 #include "support/workbench.h"
 
 namespace robomosp::scene {
@@ -80,6 +82,55 @@ void drag_one(benchmark::State& state) {
       rebuild_time(f, {}) / (sum / static_cast<double>(state.iterations()));
 }
 BENCHMARK(drag_one)->Arg(100)->Arg(10'000)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+/// The lists for renderers after a drag: made whole, or those of two frames before changed.
+void lists_of_drag(benchmark::State& state) {
+  Filled f(state.range(0), false);
+  const bool is_whole = state.range(1) != 0;
+  SceneModel model(f.bench.derived, f.bench.registry, f.cell);
+  FlatScene lists[3];
+  double x = 0;
+  std::size_t number = 0, bytes = 0;
+  const auto drag = [&] {
+    f.drag(static_cast<std::size_t>(state.range(0) / 2), x += 0.001);
+    return *model.update({f.bench.document.now(), {}, nullptr}, Detail::exact, f.progress);
+  };
+  for (FlatScene& l : lists) l.show(drag());
+  for (auto _ : state) {
+    const FramePtr frame = drag();
+    const std::size_t before = test::allocated_bytes;
+    const auto begin = Clock::now();
+    if (is_whole) {
+      const render::Scene scene = to_scene(*frame);
+      benchmark::DoNotOptimize(scene.items.data());
+    } else {
+      lists[number++ % 3].show(frame);
+    }
+    state.SetIterationTime(seconds_since(begin));
+    bytes += test::allocated_bytes - before;
+  }
+  state.counters["bytes"] = static_cast<double>(bytes) / static_cast<double>(state.iterations());
+}
+BENCHMARK(lists_of_drag)
+    ->ArgsProduct({{100, 10'000}, {0, 1}})
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
+
+/// Memory of the frame after a drag.
+void memory_of_drag(benchmark::State& state) {
+  Filled f(state.range(0), false);
+  SceneModel model(f.bench.derived, f.bench.registry, f.cell);
+  double x = 0;
+  std::size_t bytes = 0;
+  for (auto _ : state) {
+    f.drag(static_cast<std::size_t>(state.range(0) / 2), x += 0.001);
+    const std::size_t before = test::allocated_bytes;
+    (void)model.update({f.bench.document.now(), {}, nullptr}, Detail::exact, f.progress).ok();
+    bytes += test::allocated_bytes - before;
+  }
+  state.counters["bytes"] = static_cast<double>(bytes) / static_cast<double>(state.iterations());
+}
+BENCHMARK(memory_of_drag)->Arg(100)->Arg(10'000);
 
 /// The overlay of frames turned on, each object with two parts; with a record of its own, or not.
 void frames_overlay(benchmark::State& state) {

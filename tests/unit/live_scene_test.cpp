@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <functional>
+#include <iostream>
 #include <map>
 #include <random>
 #include <set>
@@ -18,8 +20,10 @@
 #include "model/field_path.h"
 #include "model/placement.h"
 #include "scene/build.h"
+#include "scene/flat_scene.h"
 #include "scene/origin.h"
 #include "spatial/pose.h"
+#include "support/allocations.h"
 #include "support/workbench.h"
 
 namespace robomosp::scene {
@@ -381,6 +385,7 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
   SceneModel model(bench.derived, bench.registry, cell);
   LiveScene live(bench.derived, bench.registry, cell);
   Mirror mirror;
+  FlatScene flat[3];  // each shows every third frame
   FramePtr last;
   Extras extras;
   MotionPtr motion;
@@ -467,6 +472,9 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
     const std::string when = "after " + std::to_string(n + 1) + " edits";
     const std::string wanted_text = told(*anew(cell, now));
     expect_same(told(*frame), wanted_text, when);
+    FlatScene& lists = flat[done_so_far.compared % 3];
+    lists.show(frame);
+    expect_same(told(lists.scene(), lists.left_out()), wanted_text, when + ", as lists");
     mirror.expect_items_of(*frame, when);
     if (n % 10 == 0 || n + 1 == kEdits)
       expect_same(told(*unwrap(live.settle(progress))), wanted_text, when + ", off the thread");
@@ -477,14 +485,15 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
   EXPECT_GT(done_so_far.states, kEdits / 20);
   EXPECT_GT(done_so_far.layers, kEdits / 25);
   EXPECT_GT(done_so_far.redone, kEdits / 500);
-  for (const int n : {done_so_far.gestures, done_so_far.undone,
-                      done_so_far.ghosts, done_so_far.compared})
+  for (const int n :
+       {done_so_far.gestures, done_so_far.undone, done_so_far.ghosts, done_so_far.compared})
     EXPECT_GT(n, kEdits / 100);
 }
 
 TEST_F(LiveSceneTest, WhatOnlyMovesKeepsItsShapes) {
   SceneModel model(bench.derived, bench.registry, cell);
-  const FramePtr first = unwrap(model.update(wanted(all_layers()), Detail::exact, progress));
+  Extras layers = all_layers();
+  const FramePtr first = unwrap(model.update(wanted(layers), Detail::exact, progress));
   const auto only_moved = [&](const Frame& frame, const std::string& member) {
     EXPECT_TRUE(frame.since.added.empty());
     EXPECT_TRUE(frame.since.removed.empty());
@@ -494,18 +503,17 @@ TEST_F(LiveSceneTest, WhatOnlyMovesKeepsItsShapes) {
       EXPECT_NE(ref.layer, ShapeLayer::bodies) << ref.member->name;
   };
   edit_world([](model::World& w) { w.objects[1].placement.position = {5, 5, 5}; });
-  const FramePtr dragged = unwrap(model.update(wanted(all_layers()), Detail::exact, progress));
+  const FramePtr dragged = unwrap(model.update(wanted(layers), Detail::exact, progress));
   only_moved(*dragged, "two");
   EXPECT_EQ(dragged->bodies[1]->shapes, first->bodies[1]->shapes);
   auto motion = std::make_shared<Motion>();
   motion->q["arm"] = {0.1, 0.2};
-  const FramePtr run = unwrap(model.update(wanted(all_layers(), motion), Detail::exact, progress));
+  const FramePtr run = unwrap(model.update(wanted(layers, motion), Detail::exact, progress));
   only_moved(*run, "arm");
   // The same is no new frame, and the edit of a record that is not shown changes nothing.
-  EXPECT_EQ(unwrap(model.update(wanted(all_layers(), motion), Detail::exact, progress)), run);
+  EXPECT_EQ(unwrap(model.update(wanted(layers, motion), Detail::exact, progress)), run);
   commit([](Transaction& tx) { (void)unwrap(tx.add("other", box_of_size(1, 1, 1))); });
-  const FramePtr other =
-      unwrap(model.update(wanted(all_layers(), motion), Detail::exact, progress));
+  const FramePtr other = unwrap(model.update(wanted(layers, motion), Detail::exact, progress));
   EXPECT_TRUE(other->since.empty());
   // A reader who missed frames gets the sum.
   const Changes sum = changes_between(first.get(), *other);
@@ -903,6 +911,89 @@ TEST_F(LiveSceneTest, TenThousandObjectsAndARobotOfFourThousandLinks) {
   EXPECT_FALSE(frame->since.moved.empty());
   expect_same(told(*frame), told(*anew(cell, wanted(layers_but_proximity()))), "of 10,000");
 }
+
+TEST_F(LiveSceneTest, ListsForRenderersKeepWhatIsShownBesideTheFrame) {
+  SceneModel model(bench.derived, bench.registry, cell);
+  const auto map = std::make_shared<render::Scene>();
+  map->items.resize(3);
+  for (render::Item& i : map->items) i.name = "voxel";
+  map->legends.resize(1);
+  FlatScene flat;
+  const auto expect = [&](std::size_t voxels) {
+    const FramePtr frame = unwrap(model.update(wanted(), Detail::exact, progress));
+    flat.show(frame, voxels > 0 ? map : nullptr);
+    render::Scene both = to_scene(*frame);
+    if (voxels > 0) {
+      both.items.insert(both.items.end(), map->items.begin(), map->items.end());
+      both.legends.insert(both.legends.end(), map->legends.begin(), map->legends.end());
+    }
+    ASSERT_EQ(flat.scene().items.size(), both.items.size());
+    for (std::size_t i = 0; i < both.items.size(); ++i) {
+      EXPECT_EQ(flat.scene().items[i].name, both.items[i].name);
+      EXPECT_EQ(flat.scene().items[i].pose.p, both.items[i].pose.p);
+    }
+    EXPECT_EQ(flat.scene().legends.size(), both.legends.size());
+    EXPECT_EQ(flat.frame(), frame);
+  };
+  expect(0);
+  expect(3);
+  edit_world([](model::World& w) { w.objects[0].placement.position = {5, 5, 5}; });
+  expect(3);  // only the object is written
+  edit_world([](model::World& w) { w.objects.pop_back(); });
+  expect(3);  // all is written
+  expect(0);
+  flat.show(render::Scene());
+  EXPECT_TRUE(flat.scene().items.empty());
+  EXPECT_EQ(flat.frame(), nullptr);
+  expect(3);
+}
+
+#if ROBOMOSP_COUNTS_MEMORY
+TEST_F(LiveSceneTest, ADraggedObjectCostsMemoryByWhatItChangesHoweverManyThereAre) {
+  struct Of {
+    test::Cost frame, lists;
+  };
+  const auto drag_in_world_of = [&](std::size_t count) {
+    edit_world([&](model::World& w) {
+      for (std::size_t i = w.objects.size(); i < count; ++i)
+        w.objects.push_back({"another object " + std::to_string(i),
+                             block,
+                             {.position = {0.2 * static_cast<double>(i), 0, 0}}});
+    });
+    SceneModel model(bench.derived, bench.registry, cell);
+    FlatScene flat[3];
+    std::vector<Wanted> wishes;
+    for (int i = 0; i < 200; ++i) {
+      edit_world([&](model::World& w) {
+        w.objects[w.objects.size() / 2].placement.position[2] = 0.001 * i;
+      });
+      wishes.push_back(wanted());
+    }
+    for (FlatScene& f : flat) f.show(unwrap(model.update(wishes[0], Detail::exact, progress)));
+    Of out;
+    std::vector<FramePtr> frames;
+    frames.reserve(wishes.size());
+    out.frame = test::cost([&](int i) {
+      frames.push_back(
+          *model.update(wishes[static_cast<std::size_t>(i) + 1], Detail::exact, progress));
+    });
+    out.lists = test::cost([&](int i) { flat[i % 3].show(frames[static_cast<std::size_t>(i)]); });
+    const render::Scene whole = to_scene(*frames.back());
+    EXPECT_EQ(whole.items.size(), flat[0].scene().items.size());
+    return out;
+  };
+  const Of few = drag_in_world_of(100), many = drag_in_world_of(10'000);
+  std::cout << "a drag of one in 100: " << few.frame.bytes << " + " << few.lists.bytes
+            << " bytes; in 10,000: " << many.frame.bytes << " + " << many.lists.bytes << "\n";
+  // A pointer for each 64 objects, in frame and snapshot.
+  EXPECT_LT(many.frame.bytes, few.frame.bytes + 24'000);
+  EXPECT_LT(many.frame.allocations, few.frame.allocations + 20);
+  // The name of the item that moved, of each of the three frames between.
+  EXPECT_LT(many.lists.bytes, few.lists.bytes + 500);
+  EXPECT_LT(many.lists.bytes, 2'000);
+  EXPECT_LT(many.lists.allocations, 20);
+}
+#endif
 
 }  // namespace
 }  // namespace robomosp::scene
