@@ -2,9 +2,20 @@
 #include "scene/live_scene.h"
 
 #include <chrono>
+#include <functional>
 #include <utility>
 
+#include "kernel/call_queue.h"
+
 namespace robomosp::scene {
+namespace {
+
+/// How long a coarse frame waits for solvers of scripts altogether.
+constexpr std::chrono::milliseconds kCoarsePatience{50};
+/// So often an update may be stopped though nothing newer is wanted.
+constexpr int kMostStops = 3;
+
+}  // namespace
 
 /// Stops when something newer is wanted.
 class LiveScene::Interruptible final : public Progress {
@@ -130,18 +141,34 @@ void LiveScene::work() {
     if (forgets) model_.forget();
     // The coarse one comes however fast wishes follow each other; the exact one gives way to them.
     Interruptible coarse(*this, version, false), exact(*this, version, true);
-    auto frame = model_.update(wanted, Detail::coarse, coarse);
+    auto frame = [&] {
+      // What scripts whose thread is busy have to give follows with the exact one.
+      const auto end = std::chrono::steady_clock::now() + kCoarsePatience;
+      const std::function<bool()> gives_up = [end] {
+        return std::chrono::steady_clock::now() >= end;
+      };
+      const CallQueue::PatientScope patient(gives_up);
+      return model_.update(wanted, Detail::coarse, coarse);
+    }();
     if (frame.ok()) {
       publish(*frame);
       if (!(*frame)->is_exact) {
+        // Solvers of scripts are waited for as long as their thread is busy: a frame with a failure
+        // instead would have to be replaced when the thread is free.
+        const std::function<bool()> gives_up = [&exact] { return exact.cancelled(); };
+        const CallQueue::PatientScope patient(gives_up);
         frame = model_.update(wanted, Detail::exact, exact);
         if (frame.ok()) publish(*frame);
       }
     }
     const std::lock_guard lock(mutex_);
-    // What was stopped by something newer goes on with that; a provider that says it was stopped
-    // though nobody did is not asked again.
-    if (frame.ok() || version == version_) shown_ = version;
+    // What was stopped by something newer goes on with that. A script may be stopped with a command
+    // of its session, and is asked again, but a provider that always says so is not.
+    stops_ = frame.ok() || version != version_ ? 0 : stops_ + 1;
+    if (frame.ok() || stops_ == kMostStops) {
+      shown_ = version;
+      stops_ = 0;
+    }
     changed_.notify_all();
   }
 }

@@ -67,6 +67,7 @@ class LiveScene {
   const Registry& registry_;
   Executor& executor_;
   SceneModel model_;  ///< of the thread that works
+  int stops_ = 0;     ///< the same: of updates without something newer
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   // Guarded by mutex_:

@@ -160,8 +160,12 @@ Result<void> SceneModel::Impl::show_trajectories(Work& w) {
     ShapePtr shape;
     if (!is_run) {
       auto made = path_shape(w.source, t, extras_now);
+      // A coarse frame does not wait for a script that is busy.
+      const bool is_late = !made.ok() && made.error().code == ErrorCode::cancelled &&
+                           w.detail == Detail::coarse && !w.progress.cancelled();
       if (made.ok()) shape = std::move(made).value();
-      else if (made.error().code != ErrorCode::unsupported) return std::move(made).error();
+      else if (made.error().code != ErrorCode::unsupported && !is_late)
+        return std::move(made).error();
     }
     if (!shape && w.detail == Detail::coarse) {
       w.is_exact = false;
