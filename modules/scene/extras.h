@@ -36,11 +36,14 @@ struct Extras {
   /// The robot with the tool that draws trajectories of joints; "" = the only robot, if just one.
   std::string path_robot = {};
   bool path_speeds = false;  ///< trajectories in bands of the tool's speed, with a legend
-  bool labels = false;       ///< names of members
-  bool dh_rows = false;      ///< the Denavit-Hartenberg row of each link
-  bool dimensions = false;   ///< a box with the lengths of its sides around each body
-  bool contacts = false;     ///< bodies that touch are red, of a world or of a robot on its own
-  bool clearances = false;   ///< the shortest line between two bodies, with its length
+  /// Trajectories in the colours of world.check for the robot that draws them, instead of speeds:
+  /// good, beyond a limit, out of reach, and with `contacts` where bodies touch.
+  bool path_faults = false;
+  bool labels = false;      ///< names of members
+  bool dh_rows = false;     ///< the Denavit-Hartenberg row of each link
+  bool dimensions = false;  ///< a box with the lengths of its sides around each body
+  bool contacts = false;    ///< bodies that touch are red, of a world or of a robot on its own
+  bool clearances = false;  ///< the shortest line between two bodies, with its length
   /// With `clearances`: a line for each pair of bodies nearer than this [m]; 0 = the shortest only.
   double clearances_below = 0;
   std::vector<Ghost> ghosts = {};

@@ -29,6 +29,7 @@ constexpr std::array kLayers{
     Layer{"frames", [](Extras& e, bool on) { e.frames = on; }},
     Layer{"labels", [](Extras& e, bool on) { e.labels = on; }},
     Layer{"path_arrows", [](Extras& e, bool on) { set_paths(e, ShownPath::arrows, on); }},
+    Layer{"path_faults", [](Extras& e, bool on) { e.path_faults = on; }},
     Layer{"path_frames", [](Extras& e, bool on) { set_paths(e, ShownPath::frames, on); }},
     Layer{"path_points", [](Extras& e, bool on) { set_paths(e, ShownPath::points, on); }},
     Layer{"path_speeds", [](Extras& e, bool on) { e.path_speeds = on; }},

@@ -150,7 +150,7 @@ void add_points(render::Scene& scene, const std::string& member, const model::Tr
   PointFactory{scene, member, stored, size, has_frames, points}.add(t, world_T_trajectory, 0);
 }
 
-void mark_path(render::Scene& scene, const sim::PathCheck& check) {
+void mark_path(render::Scene& scene, const sim::PathCheck& check, MarkedSamples* samples) {
   const std::string& member = check.trajectory;
   const std::uint64_t plain = item_id(member, kLineBody, 0);
   std::erase_if(scene.lines, [&](const render::Line& l) { return l.id == plain; });
@@ -158,6 +158,7 @@ void mark_path(render::Scene& scene, const sim::PathCheck& check) {
   const auto state = [&](std::size_t k) { return std::max(check.states[k], check.states[k + 1]); };
   for (std::size_t i = 0; i + 1 < check.poses.size();) {
     render::Line line;
+    if (samples) samples->lines.push_back(i);
     line.id = item_id(member, kLineBody + 5, i);
     line.colour = mark_of(state(i)).colour;
     line.width = state(i) == sim::PathState::good ? 3.0F : 4.5F;
@@ -167,12 +168,16 @@ void mark_path(render::Scene& scene, const sim::PathCheck& check) {
       line.points.push_back(check.poses[i + 1].p);
     scene.lines.push_back(std::move(line));
   }
-  add_arrows(scene, member, check.poses, [&](std::size_t i) { return mark_of(state(i)).colour; });
+  add_arrows(scene, member, check.poses, [&](std::size_t i) {
+    if (samples) samples->items.push_back(i);
+    return mark_of(state(i)).colour;
+  });
   const double r = 0.5 * mark_size(size_of(check.poses));
   for (std::size_t k = 0; k < check.faults.size(); ++k) {
     const sim::PathFault& f = check.faults[k];
     if (f.is_start) continue;  // it is not on the way
     const Pose& at = check.poses[f.worst];
+    if (samples) samples->items.push_back(f.worst);
     scene.items.push_back(ellipsoid_item(item_id(member, kLineBody + 6, k), member, at, {r, r, r},
                                          mark_of(f.kind).colour));
     scene.labels.push_back({at.p, "sample " + std::to_string(f.worst + 1)});

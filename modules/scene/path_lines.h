@@ -43,8 +43,12 @@ void add_points(render::Scene&, const std::string& member, const model::Trajecto
 
 /// Draws the path of a check over that of its trajectory: green where it is good, orange where a
 /// limit is exceeded, violet where bodies touch, red where it is out of reach, with a ball and a
-/// few words at the worst place of each fault, and what the colours mean.
-void mark_path(render::Scene&, const sim::PathCheck&);
+/// few words at the worst place of each fault, and what the colours mean. Where `samples` is given,
+/// it gets the samples that the added lines begin at and that the added items are at.
+struct MarkedSamples {
+  std::vector<std::size_t> lines, items;
+};
+void mark_path(render::Scene&, const sim::PathCheck&, MarkedSamples* samples = nullptr);
 
 /// A stretch of a tool's path in one colour.
 struct MarkedStretch {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "kernel/text.h"
@@ -11,6 +12,7 @@
 #include "motion/cartesian_path.h"
 #include "scene/ids.h"
 #include "sim/simulate.h"
+#include "sim/trajectory_faults.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -26,6 +28,20 @@ struct Way {
   std::vector<double> speeds = {};  ///< between each pair of neighbours [m/s]; empty = not known
 };
 
+/// The segment, from 0, that each pair of neighbouring times is in; empty if the pieces of the path
+/// are not known.
+template <class Pieces>
+std::vector<std::int32_t> segments_between(const Pieces& pieces, std::span<const double> times) {
+  std::vector<std::int32_t> out;
+  std::size_t piece = 0;
+  for (std::size_t i = 0; !pieces.empty() && i + 1 < times.size(); ++i) {
+    const double middle = 0.5 * (times[i] + times[i + 1]);
+    while (piece + 1 < pieces.size() && pieces[piece + 1].start <= middle) ++piece;
+    out.push_back(static_cast<std::int32_t>(pieces[piece].number) - 1);
+  }
+  return out;
+}
+
 Result<Way> path_way(const Source& source, const std::string& name, const model::Trajectory& t) {
   RMP_TRY_ASSIGN(const auto path,
                  motion::Path::build(source.registry, name, t, motion::stored_in(source.snapshot)));
@@ -33,18 +49,13 @@ Result<Way> path_way(const Source& source, const std::string& name, const model:
   std::vector<PathSample> samples(times.size());
   RMP_TRY(path->sample(times, samples));
   Way out;
-  const auto pieces = path->pieces();
-  std::size_t piece = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     out.poses.push_back(samples[i].pose);
     if (i + 1 == samples.size()) break;
     out.speeds.push_back(
         0.5 * (spatial::norm(samples[i].velocity) + spatial::norm(samples[i + 1].velocity)));
-    const double middle = 0.5 * (times[i] + times[i + 1]);
-    while (piece + 1 < pieces.size() && pieces[piece + 1].start <= middle) ++piece;
-    if (!pieces.empty())
-      out.segments.push_back(static_cast<std::int32_t>(pieces[piece].number) - 1);
   }
+  out.segments = segments_between(path->pieces(), times);
   return out;
 }
 
@@ -257,6 +268,70 @@ Result<ShapePtr> tool_path_shape(const Source& source, WorldId world,
   if (extras.paths >= ShownPath::points)
     add_point_elements(source, placed, model::pose(placed.placement), size_of(way.poses),
                        extras.paths >= ShownPath::frames, kWorldBody, *shape);
+  return ShapePtr(std::move(shape));
+}
+
+Result<ShapePtr> checked_path_shape(const Source& source, WorldId world,
+                                    const model::PlacedTrajectory& placed, const Extras& extras,
+                                    const model::PlacedRobot& robot, Progress& progress) {
+  auto shape = std::make_shared<Shape>();
+  const sim::Simulator simulator{source.registry, source.derived, source.snapshot,
+                                 source.collision_models};
+  sim::Run run;
+  run.world = world;
+  run.robot = robot.name;
+  run.trajectory = placed.name;
+  auto check = sim::check_path(simulator, run, extras.contacts, progress);
+  if (!check.ok()) {
+    if (check.error().code == ErrorCode::cancelled) return std::move(check).error();
+    shape->failure = std::move(check).error();
+    return ShapePtr(std::move(shape));
+  }
+  // Of joint motions the segments are not known.
+  std::vector<std::int32_t> segment_of;
+  if (!moves_joints(source.snapshot, placed.trajectory)) {
+    const model::Trajectory& record = *source.snapshot.get(placed.trajectory);
+    const auto path = motion::Path::build(source.registry, placed.name, record,
+                                          motion::stored_in(source.snapshot));
+    if (path.ok()) segment_of = segments_between((*path)->pieces(), check->times);
+  }
+  const auto segment_at = [&](std::size_t sample) {
+    return segment_of.empty() ? -1 : segment_of[std::min(sample, segment_of.size() - 1)];
+  };
+  render::Scene drawn;
+  MarkedSamples samples;
+  mark_path(drawn, *check, &samples);
+  std::uint32_t number = 0;  // all share a group
+  const auto add = [&](auto& list, auto& from) {
+    for (auto& what : from) {
+      auto& e = list.emplace_back();
+      e.what = std::move(what);
+      e.body = kWorldBody;
+      e.group = kLineBody + 5;
+      e.number = number++;
+    }
+  };
+  add(shape->items, drawn.items);
+  add(shape->lines, drawn.lines);
+  add(shape->labels, drawn.labels);
+  add(shape->legends, drawn.legends);
+  for (std::size_t k = 0; k < shape->items.size(); ++k) {
+    auto& e = shape->items[k];
+    e.what.id = 0;
+    e.what.name.clear();
+    e.of.segment = segment_at(samples.items[k]);
+  }
+  for (std::size_t k = 0; k < shape->lines.size(); ++k) {
+    render::Line& line = shape->lines[k].what;
+    line.id = 0;
+    auto& segments = shape->segments.emplace_back();
+    for (std::size_t i = 0; !segment_of.empty() && i + 1 < line.points.size(); ++i)
+      segments.push_back(segment_at(samples.lines[k] + i));
+  }
+  if (extras.paths >= ShownPath::points)
+    add_point_elements(source, placed, model::pose(placed.placement), size_of(check->poses),
+                       extras.paths >= ShownPath::frames, kWorldBody, *shape);
+  shape->left_out = std::move(check->notes);
   return ShapePtr(std::move(shape));
 }
 

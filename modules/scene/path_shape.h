@@ -26,4 +26,10 @@ namespace robomosp::scene {
                                                const RobotBasePtr& robot,
                                                const model::PlacedRobot* placed, Progress&);
 
+/// The path of the tool of `robot` in the colours of a check, as mark_path() draws it, in the
+/// world's frame; with the failure instead if it cannot be checked. An error only when cancelled.
+[[nodiscard]] Result<ShapePtr> checked_path_shape(const Source&, WorldId,
+                                                  const model::PlacedTrajectory&, const Extras&,
+                                                  const model::PlacedRobot& robot, Progress&);
+
 }  // namespace robomosp::scene

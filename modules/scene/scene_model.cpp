@@ -13,9 +13,9 @@ namespace {
 bool same_extras(const Extras& a, const Extras& b) {
   return a.com == b.com && a.frames == b.frames && a.ellipsoids.velocity == b.ellipsoids.velocity &&
          a.ellipsoids.force == b.ellipsoids.force && a.q == b.q && a.robot_q == b.robot_q &&
-         a.paths == b.paths && a.path_speeds == b.path_speeds && a.path_robot == b.path_robot &&
-         a.labels == b.labels && a.dh_rows == b.dh_rows && a.dimensions == b.dimensions &&
-         a.contacts == b.contacts && a.clearances == b.clearances &&
+         a.paths == b.paths && a.path_speeds == b.path_speeds && a.path_faults == b.path_faults &&
+         a.path_robot == b.path_robot && a.labels == b.labels && a.dh_rows == b.dh_rows &&
+         a.dimensions == b.dimensions && a.contacts == b.contacts && a.clearances == b.clearances &&
          a.clearances_below == b.clearances_below && a.ghosts == b.ghosts;
 }
 
@@ -97,7 +97,7 @@ Result<FramePtr> SceneModel::Impl::update(const Wanted& wanted, Detail detail, P
   Work w{wanted,
          detail,
          progress,
-         {now, store.derived(), store.registry()},
+         {now, store.derived(), store.registry(), &models},
          std::make_shared<Frame>(*frame)};
   w.has_other_extras = has_other_extras;
   w.outstanding = outstanding;

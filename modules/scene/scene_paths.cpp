@@ -146,9 +146,12 @@ Result<void> SceneModel::Impl::show_trajectories(Work& w) {
     if (const auto at = old.find(t.name); at != old.end() && !w.is_anew) was = *at->second;
     if (was && was->what != AnyId(t.trajectory)) was = nullptr;
     const Pose pose = model::pose(t.placement);
-    const bool is_run = moves_joints(*w.wanted.snapshot, t.trajectory);
+    const bool is_checked = extras_now.path_faults && w.path_robot;
+    const bool is_run = is_checked || moves_joints(*w.wanted.snapshot, t.trajectory);
+    // What a check finds depends on loads, limits and obstacles: on the whole world.
+    const bool is_anew = is_checked ? w.affected.contains(what) || runs_anew : is_run && runs_anew;
     const bool is_outstanding = was && outstanding.contains(t.name);
-    if (was && !w.is_touched(AnyId(t.trajectory)) && !(is_run && runs_anew) && !is_outstanding) {
+    if (was && !w.is_touched(AnyId(t.trajectory)) && !is_anew && !is_outstanding) {
       if (!same(was->bodies.front(), pose)) {
         auto m = std::make_shared<Member>(*was);
         m->bodies = {pose};
@@ -172,6 +175,10 @@ Result<void> SceneModel::Impl::show_trajectories(Work& w) {
       w.outstanding.insert(t.name);
       if (was) w.next->trajectories.push_back(std::move(was));
       continue;
+    }
+    if (!shape && is_checked) {
+      RMP_TRY_ASSIGN(shape, checked_path_shape(w.source, WorldId{what.number}, t, extras_now,
+                                               *w.path_robot, w.progress));
     }
     if (!shape) {
       RMP_TRY_ASSIGN(shape, tool_path_shape(w.source, WorldId{what.number}, t, extras_now,

@@ -256,7 +256,7 @@ struct LiveSceneTest : testing::Test {
   /// Without those that ask for every pair of bodies.
   static Extras layers_but_proximity() {
     Extras e = all_layers();
-    e.contacts = e.clearances = false;
+    e.contacts = e.clearances = e.path_faults = false;
     return e;
   }
 };
@@ -438,7 +438,7 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
         ++done_so_far.layers;
         // Contacts and clearances ask for every pair of bodies, which takes its time.
         const std::string& name = names[chance.below(names.size())];
-        const bool is_slow = name == "contacts" || name == "clearances";
+        const bool is_slow = name == "contacts" || name == "clearances" || name == "path_faults";
         EXPECT_TRUE(set_layer(extras, name, chance.below(is_slow ? 8 : 2) == 0).ok());
         break;
       }
@@ -493,6 +493,7 @@ TEST_F(LiveSceneTest, EqualsASceneBuiltAnewWhateverHappened) {
 TEST_F(LiveSceneTest, WhatOnlyMovesKeepsItsShapes) {
   SceneModel model(bench.derived, bench.registry, cell);
   Extras layers = all_layers();
+  layers.path_faults = false;  // what touches a dragged object is a fault of the path
   const FramePtr first = unwrap(model.update(wanted(layers), Detail::exact, progress));
   const auto only_moved = [&](const Frame& frame, const std::string& member) {
     EXPECT_TRUE(frame.since.added.empty());
@@ -718,6 +719,56 @@ TEST_F(LiveSceneTest, PathsBySpeedCoverThePathInBandsOfTheLegend) {
   // The greatest speed of a quintic over 1 m in 2 s is 15/8 of the mean 0.5 m/s; the band at the
   // top ends there, and its middle is nine tenths of the way from (about) 0.
   EXPECT_NEAR(std::stod(banded.scene.legends[0].ticks.back().text), 0.9 * 937.5, 10);
+}
+
+TEST_F(LiveSceneTest, PathsByFaultAreColouredAsACheckFindsThemAndFollowTheWorld) {
+  // A rail of 1 m, and a line along it that is twice as long.
+  commit([&](Transaction& tx) {
+    model::Robot rail;
+    model::Link l;
+    l.name = "slide";
+    l.joint = model::JointKind::prismatic;
+    l.lower = 0;
+    l.upper = 1;
+    l.parts.push_back({block, {}});
+    rail.links.push_back(l);
+    const RobotId id = unwrap(tx.add("rail", rail));
+    edit<model::Trajectory>(tx, way, [](model::Trajectory& t) {
+      model::TrajectorySegment line;
+      line.shape.name = "line";
+      line.law.name = "quintic";
+      line.law.params["duration"] = 4.0;
+      line.points = {{.position = {0, 0, 0.1}}, {.position = {0, 0, 2}}};
+      t.segments = {line};
+      t.sample_time = 0.05;
+      t.parametric = {};
+    });
+    edit<model::World>(tx, cell, [&](model::World& w) { w.robots = {{"arm", id, {}, {}}}; });
+  });
+  SceneModel model(bench.derived, bench.registry, cell);
+  Extras extras;
+  ASSERT_TRUE(set_layer(extras, "path_faults", true).ok());
+  const auto lines = [&] {
+    const FramePtr frame = unwrap(model.update(wanted(extras), Detail::exact, progress));
+    EXPECT_TRUE(frame->is_exact);
+    const Built built = unwrap(built_of(*frame, 0));
+    EXPECT_EQ(built.scene.legends.size(), 1U);
+    return built.scene.lines;
+  };
+  const auto partly = lines();
+  ASSERT_EQ(partly.size(), 2U);
+  EXPECT_GT(partly.front().colour.g, partly.front().colour.r) << "good";
+  EXPECT_GT(partly.back().colour.r, partly.back().colour.g) << "out of reach";
+  EXPECT_NEAR(partly.back().points.front()[2], 1, 0.1) << "where the rail ends";
+  EXPECT_EQ(partly.front().points.front(), (Vec3{0, 0, 0.1}));
+  // A coarse frame keeps what it has; the exact one finds that the rail reaches nothing now.
+  edit_world([](model::World& w) { w.robots[0].placement.position = {9, 9, 9}; });
+  const FramePtr coarse = unwrap(model.update(wanted(extras), Detail::coarse, progress));
+  EXPECT_FALSE(coarse->is_exact);
+  EXPECT_EQ(to_scene(*coarse).lines.size(), partly.size());
+  const auto none = lines();
+  ASSERT_EQ(none.size(), 1U);
+  EXPECT_GT(none.front().colour.r, none.front().colour.g);
 }
 
 TEST_F(LiveSceneTest, WhatTouchesIsRedAndALineShowsHowNearTheRestIs) {
