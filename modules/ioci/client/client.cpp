@@ -2,12 +2,12 @@
 #include "ioci/client/client.h"
 
 #include <algorithm>
-#include <condition_variable>
 #include <deque>
 #include <exception>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -16,6 +16,8 @@
 #include "ioci/core/drafts.h"
 #include "ioci/core/room_parts.h"
 #include "ioci/core/surroundings.h"
+#include "kernel/bell.h"
+#include "kernel/call_queue.h"
 #include "kernel/check.h"
 #include "kernel/text.h"
 
@@ -104,11 +106,13 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
   std::shared_ptr<const std::vector<Event>> batch;
   std::size_t next_event = 0;
 
-  std::mutex wake_mutex;
+  /// Shared by those who wake, so that the host never waits for another one who does just that: on
+  /// a busy machine the host may get the processor of the thread that wakes it.
+  std::shared_mutex wake_mutex;
   bool may_wake = true;  // guarded by wake_mutex
 
   mutable std::mutex mutex;  ///< for a moment only
-  std::condition_variable changed;
+  Bell bell;                 ///< for the client's thread
   // Guarded by mutex:
   std::deque<EntryPtr> queue;
   EntryPtr running;                                ///< on the client's thread
@@ -128,7 +132,7 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
   /// Whether the host is to be woken; with mutex held.
   [[nodiscard]] bool needs_wake() { return !std::exchange(is_woken, true); }
   void wake() {
-    const std::lock_guard lock(wake_mutex);
+    const std::shared_lock lock(wake_mutex);
     if (may_wake && options.wake) options.wake();
   }
   /// With mutex held; true = wake() is to be called without it.
@@ -227,7 +231,7 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
       std::unique_lock lock(mutex);
       session = &own;
       for (;;) {
-        changed.wait(lock, [this] { return is_ending || !queue.empty() || !trash.empty(); });
+        bell.wait(lock, [this] { return is_ending || !queue.empty() || !trash.empty(); });
         if (!trash.empty()) {
           auto old = std::exchange(trash, {});
           lock.unlock();
@@ -237,6 +241,12 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
         }
         if (queue.empty()) break;  // it ends
         run_next(own, lock);
+        // Other threads wait for solvers of the session's scripts; those behind many calls would
+        // wait for all of them.
+        lock.unlock();
+        own.clear_interrupt();  // it was meant for the call before
+        if (const auto calls = CallQueue::of_this_thread()) calls->serve();
+        lock.lock();
       }
       session = nullptr;
       auto left = std::exchange(open, {});
@@ -391,11 +401,13 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
 
   // --- the host's thread ---
 
-  /// Hands what deliver() is done with to the client's thread; with mutex held.
-  void drop(std::shared_ptr<const void> old) {
-    if (is_closed) return;  // nobody is there to take it
-    trash.push_back(std::move(old));
-    changed.notify_all();
+  /// Hands what deliver() or an answer is done with to the client's thread. [any thread]
+  void throw_away(std::shared_ptr<const void> old) {
+    {
+      const std::lock_guard lock(mutex);
+      if (!is_closed) trash.push_back(std::move(old));  // else it goes after the lock
+    }
+    bell.ring();
   }
   /// Tells the next call that has ended, or how far one is; false = there is none.
   bool tell_next() {
@@ -425,10 +437,7 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
     struct Dropped {
       State& state;
       EntryPtr& entry;
-      ~Dropped() {
-        const std::lock_guard lock(state.mutex);
-        state.drop(std::move(entry));
-      }
+      ~Dropped() { state.throw_away(std::move(entry)); }
     } dropped{*this, entry};
     if (done) done(*entry->result);
     return true;
@@ -437,10 +446,21 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
 
 // --- answers ---
 
+/// What copies of an answer share.
+struct Client::Held {
+  std::shared_ptr<State> state;
+  std::shared_ptr<Entry> entry;
+  Held(std::shared_ptr<State> s, std::shared_ptr<Entry> e)
+      : state(std::move(s)), entry(std::move(e)) {}
+  ~Held() { state->throw_away(std::move(entry)); }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+};
+
 Client::Answer::Stage Client::Answer::stage() const {
-  if (!entry_) return Stage::ended;
-  const std::lock_guard lock(state_->mutex);
-  switch (entry_->at) {
+  if (!held_) return Stage::ended;
+  const std::lock_guard lock(held_->state->mutex);
+  switch (held_->entry->at) {
     case Entry::At::queue: return Stage::waiting;
     case Entry::At::thread:
     case Entry::At::job: return Stage::running;
@@ -450,13 +470,13 @@ Client::Answer::Stage Client::Answer::stage() const {
 }
 
 const Result<Value>* Client::Answer::result() const {
-  return entry_ && stage() == Stage::ended ? &*entry_->result : nullptr;
+  return held_ && stage() == Stage::ended ? &*held_->entry->result : nullptr;
 }
 
 bool Client::Answer::was_replaced() const {
-  if (!entry_) return false;
-  const std::lock_guard lock(state_->mutex);
-  return entry_->was_replaced;
+  if (!held_) return false;
+  const std::lock_guard lock(held_->state->mutex);
+  return held_->entry->was_replaced;
 }
 
 // --- the client ---
@@ -500,7 +520,7 @@ Client::Client(std::shared_ptr<State> state) : state_(std::move(state)) {}
 Client::~Client() {
   const std::shared_ptr<State> state = state_;
   {
-    const std::lock_guard lock(state->wake_mutex);
+    const std::unique_lock lock(state->wake_mutex);
     state->may_wake = false;
   }
   close();
@@ -522,8 +542,7 @@ Client::~Client() {
 
 Client::Answer Client::add(std::shared_ptr<Entry> entry) {
   Answer answer;
-  answer.state_ = state_;
-  answer.entry_ = entry;
+  answer.held_ = std::make_shared<const Held>(state_, entry);
   bool wakes = false;
   {
     const std::lock_guard lock(state_->mutex);
@@ -542,7 +561,7 @@ Client::Answer Client::add(std::shared_ptr<Entry> entry) {
       queue.push_back(std::move(entry));
     }
   }
-  state_->changed.notify_all();
+  state_->bell.ring();
   if (wakes) state_->wake();
   return answer;
 }
@@ -632,12 +651,13 @@ Client::Answer Client::cancel(const Edits& edits, Done done) {
 }
 
 bool Client::cancel(const Answer& answer) {
-  if (!answer.entry_) return false;
+  if (!answer.held_) return false;
+  const State::EntryPtr& entry = answer.held_->entry;
   bool wakes = false;
   {
     const std::lock_guard lock(state_->mutex);
-    if (answer.entry_->at == Entry::At::end) return false;
-    wakes = state_->cancel(answer.entry_, kByHost);
+    if (entry->at == Entry::At::end) return false;
+    wakes = state_->cancel(entry, kByHost);
   }
   if (wakes) state_->wake();
   return true;
@@ -700,8 +720,7 @@ bool Client::deliver(std::chrono::microseconds at_most) {
       if (state->next_event < batch->size()) break;
       state->batch = nullptr;
     }
-    const std::lock_guard lock(state->mutex);
-    state->drop(batch);
+    state->throw_away(batch);
     if (is_over()) break;
   }
   bool more = true;
@@ -718,7 +737,7 @@ void Client::close() {
     state_->is_ending = true;
     wakes = state_->cancel_all(kByEnd);
   }
-  state_->changed.notify_all();
+  state_->bell.ring();
   if (wakes) state_->wake();
 }
 

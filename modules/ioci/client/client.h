@@ -30,6 +30,7 @@ class Client {
   struct Entry;
   struct EditsState;
   struct State;
+  struct Held;
 
  public:
   /// Called by deliver() with what came of a call. What it holds is destroyed on the host's thread.
@@ -75,15 +76,14 @@ class Client {
     Answer() = default;  ///< of no call
     [[nodiscard]] Stage stage() const;
     /// Its result, also before it is delivered; null until it has ended. It lives as long
-    /// as a copy of this answer.
+    /// as a copy of this answer. While the client lives, the client's thread destroys it.
     [[nodiscard]] const Result<Value>* result() const;
     /// Whether a newer call of its slot took its place.
     [[nodiscard]] bool was_replaced() const;
 
    private:
     friend class Client;
-    std::shared_ptr<State> state_;
-    std::shared_ptr<Entry> entry_;
+    std::shared_ptr<const Held> held_;
   };
 
   /// How a command is called.
