@@ -650,6 +650,19 @@ Client::Answer Client::cancel(const Edits& edits, Done done) {
       Entry{.what = Entry::What::cancel, .in = edits.state_, .done = std::move(done)}));
 }
 
+Result<std::uint64_t> Client::draft_number(const Edits& edits) const {
+  RMP_CHECK(edits.state_ != nullptr, "a number of no draft");
+  const EditsState& e = *edits.state_;
+  if (!e.is_draft)
+    return error(ErrorCode::invalid_argument, text::quote(e.label) + " is a gesture, not a draft",
+                 "Edits of a gesture are in the document already; open a draft to preview them.");
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (e.number != 0) return e.number;
+  }
+  return state_->not_open(e);
+}
+
 bool Client::cancel(const Answer& answer) {
   if (!answer.held_) return false;
   const State::EntryPtr& entry = answer.held_->entry;

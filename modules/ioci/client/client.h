@@ -128,6 +128,11 @@ class Client {
   /// waits or runs is cancelled.
   Answer cancel(const Edits& edits, Done done = {});
 
+  /// The number of a draft for draft.run and its like. An error if the edits are a gesture, or are
+  /// not open (any more); on the client's thread all that was called before has been done. [any
+  /// thread]
+  [[nodiscard]] Result<std::uint64_t> draft_number(const Edits& edits) const;
+
   /// Ends a call: one that waits ends at once, one that runs as soon as its command looks whether
   /// it is cancelled. False when it has ended already.
   bool cancel(const Answer& answer);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ioci/client/live_view.h"
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
@@ -9,9 +10,11 @@
 #include <variant>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/drafts.h"
 #include "ioci/view/map_view.h"
 #include "ioci/view/run_motion.h"
 #include "kernel/executor.h"
+#include "kernel/text.h"
 #include "scene/build.h"
 #include "scene/live_scene.h"
 
@@ -31,16 +34,25 @@ using Mover = std::variant<std::monostate, ByRecording, ByRun>;
 /// What changed since the worker looked last.
 struct Dirty {
   bool what = false, document = false, providers = false, extras = false, mover = false,
-       frame = false, beside = false, trash = false;
-  [[nodiscard]] bool any() const {
-    return what || document || providers || extras || mover || frame || beside || trash;
+       frame = false, beside = false, returned = false;
+  [[nodiscard]] bool is_shown() const {
+    return what || document || providers || extras || mover || frame || beside;
   }
+  [[nodiscard]] bool any() const { return is_shown() || returned; }
 };
 
 AnyId record_of(const Handle& h) {
   const auto kind = kind_from(h.kind);
   return kind ? AnyId{*kind, h.number} : AnyId{};
 }
+
+std::uint64_t number_in(const Notice& notice) {
+  const Value* number = notice.facts.find("draft");
+  return number && number->as_int() ? static_cast<std::uint64_t>(*number->as_int()) : 0;
+}
+
+/// Pictures kept to make the next ones from: the host shows one, another waits for it.
+constexpr std::size_t kSpares = 2;
 
 void append(render::Scene& scene, const render::Scene& more) {
   scene.items.insert(scene.items.end(), more.items.begin(), more.items.end());
@@ -54,7 +66,7 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
   State(Application& a, Options o) : app(a), options(std::move(o)) {}
 
   Application& app;
-  const Options options;
+  Options options;  ///< callbacks are called while the client is there
   std::unique_ptr<Client> client;
   std::atomic<Client*> serving{nullptr};  ///< where solvers of scripts are served
   std::atomic<bool> serves{false};        ///< a call for that waits
@@ -69,15 +81,20 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
   scene::Extras extras;
   Mover mover;
   std::shared_ptr<const render::Scene> beside;  ///< the map
-  std::shared_ptr<scene::LiveScene> scene;      ///< changed by the worker
+  std::shared_ptr<document::Draft> draft;       ///< shown instead of the document; null = none
+  std::uint64_t draft_number = 0;
+  std::shared_ptr<scene::LiveScene> scene;  ///< changed by the worker
   PicturePtr newest;
   bool is_working = false, is_ending = false, is_new = false, is_woken = false;
-  std::vector<PicturePtr> trash;  ///< destroyed by the worker, since that takes time
+  // Destroyed by the worker, since that takes time:
+  std::vector<std::unique_ptr<Picture>> returned;
+  std::vector<std::shared_ptr<const void>> trash;
 
   // Of the worker:
   scene::MotionPtr motion;
-  std::optional<std::string> motion_failure;
+  std::optional<std::string> motion_failure, draft_failure;
   scene::FramePtr last_frame;
+  std::vector<std::unique_ptr<Picture>> spares;
 
   template <class Change>
   void want(const Change& change) {
@@ -92,6 +109,36 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
   }
   void wake() {
     if (options.wake) options.wake();
+  }
+  /// Hands over something to be destroyed by the worker. Not with mutex held.
+  void throw_away(std::shared_ptr<const void> old) {
+    if (!old) return;
+    want([&] {
+      trash.push_back(std::move(old));
+      dirty.returned = true;
+    });
+  }
+  void take_back(std::unique_ptr<Picture> old) {
+    want([&] {
+      returned.push_back(std::move(old));
+      // A few wait for the next picture.
+      dirty.returned = dirty.returned || returned.size() > kSpares;
+    });
+  }
+  /// The same object, thrown away by whoever lets go of it last.
+  template <class T>
+  [[nodiscard]] std::shared_ptr<const T> lent(std::shared_ptr<const T> object) {
+    const T* const raw = object.get();
+    return {raw, [weak = weak_from_this(), object = std::move(object)](const T*) mutable {
+              if (const auto self = weak.lock()) self->throw_away(std::move(object));
+              object.reset();
+            }};
+  }
+  [[nodiscard]] PicturePtr lent(std::unique_ptr<Picture> picture) {
+    return {picture.release(), [weak = weak_from_this()](Picture* p) {
+              std::unique_ptr<Picture> old(p);
+              if (const auto self = weak.lock()) self->take_back(std::move(old));
+            }};
   }
   /// A call for the scripts' solvers.
   void serve_scripts() {
@@ -113,6 +160,11 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
           dirty.mover = dirty.mover || (by && e.run && by->number == e.run->run);
         });
         break;
+      case Topic::draft:
+        want([&] {
+          dirty.document = dirty.document || (draft && number_in(*e.notice) == draft_number);
+        });
+        break;
       default: break;
     }
     if (options.on_event && (options.topics & bit(e.topic)) != 0) options.on_event(e);
@@ -122,30 +174,49 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
     std::unique_lock lock(mutex);
     while (dirty.any() && !is_ending) {
       const Dirty now = std::exchange(dirty, {});
-      const std::vector<PicturePtr> old = std::exchange(trash, {});
+      auto old = std::exchange(trash, {});
+      auto pictures = std::exchange(returned, {});
       lock.unlock();
-      step(now);
+      old.clear();
+      keep_spares(std::move(pictures));
+      if (now.is_shown()) step(now);
       lock.lock();
     }
     is_working = false;
     changed.notify_all();
   }
+  void keep_spares(std::vector<std::unique_ptr<Picture>> pictures) {
+    for (auto& p : pictures) {
+      p->frame = nullptr;
+      spares.push_back(std::move(p));
+    }
+    // The newest ones differ least from the next.
+    const auto number = [](const std::unique_ptr<Picture>& p) {
+      return p->flat.frame() ? p->flat.frame()->number : 0;
+    };
+    std::sort(spares.begin(), spares.end(),
+              [&](const auto& a, const auto& b) { return number(a) > number(b); });
+    if (spares.size() > kSpares) spares.resize(kSpares);
+  }
   void step(Dirty now) {
     if (now.what) renew();
     std::shared_ptr<scene::LiveScene> on;
+    std::shared_ptr<document::Draft> previewed;
     AnyId shown;
     scene::Extras wanted;
     Mover by;
     {
       const std::lock_guard lock(mutex);
       on = scene;
+      previewed = draft;
       shown = what;
       wanted = extras;
       by = mover;
     }
     if (!on) return;
     if (now.providers) on->refresh();
-    const document::SnapshotPtr snapshot = app.document.now();
+    const std::optional<std::string> had_draft_failure = std::exchange(draft_failure, {});
+    const document::SnapshotPtr snapshot = snapshot_of(previewed);
     if (now.what || now.extras) on->show(wanted);
     const std::optional<std::string> failed_before = motion_failure;
     // A motion is read again with the document, in which robots may have other joints.
@@ -159,7 +230,23 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
     on->follow(snapshot);
     // Changes that LiveScene computes come back as a frame; the others are drawn at once.
     draw(*on, wanted.explode,
-         now.what || now.beside || now.extras || motion_failure != failed_before);
+         now.what || now.beside || now.extras || motion_failure != failed_before ||
+             draft_failure != had_draft_failure);
+  }
+  /// The records to show: of the document, or of a draft while it is open.
+  document::SnapshotPtr snapshot_of(const std::shared_ptr<document::Draft>& previewed) {
+    if (previewed && !previewed->is_open()) {
+      const std::lock_guard lock(mutex);
+      if (draft == previewed) draft.reset();
+    }
+    if (!previewed || !previewed->is_open()) return app.document.now();
+    auto shown = previewed->preview();
+    if (shown.ok()) return *shown;
+    draft_failure = "The draft " + text::quote(previewed->label()) +
+                    " is shown without later changes of the document, with which it is in "
+                    "conflict: " +
+                    shown.error().message + ".";
+    return previewed->now();
   }
   void renew() {
     std::shared_ptr<scene::LiveScene> fresh;
@@ -171,6 +258,7 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
     fresh->on_frame([this] { want([this] { dirty.frame = true; }); });
     motion = nullptr;
     last_frame = nullptr;
+    spares.clear();
     {
       const std::lock_guard lock(mutex);
       scene.swap(fresh);
@@ -208,18 +296,38 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
       const std::lock_guard lock(mutex);
       more = beside;
     }
-    auto made = std::make_shared<Picture>();
-    made->frame = frame;
-    auto built = scene::built_of(*frame, explode);
-    if (built.ok()) {
-      made->scene = std::move(built->scene);
-      made->left_out = std::move(built->left_out);
+    std::unique_ptr<Picture> made;
+    if (spares.empty()) {
+      made = std::make_unique<Picture>();
+    } else {
+      made = std::move(spares.front());
+      spares.erase(spares.begin());
     }
-    if (more) append(made->scene, *more);
-    if (motion_failure) made->left_out.push_back(*motion_failure);
+    made->frame = lent(frame);
+    made->left_out.clear();
+    if (frame->failure) {
+      made->flat.show(render::Scene());
+    } else if (explode > 0) {
+      auto built = scene::built_of(*frame, explode);
+      if (built.ok()) {
+        if (more) append(built->scene, *more);
+        made->flat.show(std::move(built->scene));
+        made->left_out = std::move(built->left_out);
+      }
+    } else {
+      made->flat.show(frame, more);
+      made->left_out = made->flat.left_out();
+    }
+    for (const auto* failure : {&motion_failure, &draft_failure})
+      if (*failure) made->left_out.push_back(**failure);
+    made->only_moved = false;
     if (last_frame && !is_other && explode == 0) {
-      const scene::Changes c = scene::changes_between(last_frame.get(), *frame);
-      made->only_moved = c.added.empty() && c.changed.empty() && c.removed.empty();
+      const bool follows = frame->since.from == last_frame->number;
+      const scene::Changes c =
+          follows ? scene::Changes() : scene::changes_between(last_frame.get(), *frame);
+      const scene::Changes& changes = follows ? frame->since : c;
+      made->only_moved =
+          changes.added.empty() && changes.changed.empty() && changes.removed.empty();
     }
     last_frame = frame;
     bool wakes = false;
@@ -228,7 +336,7 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
       const std::lock_guard lock(mutex);
       // Of pictures that nobody saw, the changes add up.
       if (is_new && !newest->only_moved) made->only_moved = false;
-      old = std::exchange(newest, std::move(made));
+      old = std::exchange(newest, lent(std::move(made)));
       is_new = true;
       wakes = !std::exchange(is_woken, true);
     }
@@ -249,7 +357,8 @@ Result<std::unique_ptr<LiveView>> LiveView::open(Application& app, Options optio
       s->scripts = make(s->app, session, s->options.plugin_path, [s] { s->serve_scripts(); });
   };
   c.finish = [s](Session&) { s->scripts.reset(); };
-  c.events.topics = s->options.topics | bit(Topic::change) | bit(Topic::provider) | bit(Topic::run);
+  c.events.topics = s->options.topics | bit(Topic::change) | bit(Topic::provider) |
+                    bit(Topic::run) | bit(Topic::draft);
   c.on_event = [s](const Event& e) { s->take(e); };
   RMP_TRY_ASSIGN(s->client, Client::open(app, std::move(c)));
   s->serving = s->client.get();
@@ -260,6 +369,9 @@ Result<std::unique_ptr<LiveView>> LiveView::open(Application& app, Options optio
 LiveView::LiveView(std::shared_ptr<State> state) : state_(std::move(state)) {}
 
 LiveView::~LiveView() {
+  // What is computed may wait for a solver of the client's scripts, and the client for a command:
+  // it is cancelled first.
+  state_->client->close();
   {
     std::unique_lock lock(state_->mutex);
     state_->is_ending = true;
@@ -268,6 +380,7 @@ LiveView::~LiveView() {
   }
   state_->scene.reset();
   state_->client.reset();
+  state_->options = {};  // the task that ended last may still hold the rest
 }
 
 Client& LiveView::client() const { return *state_->client; }
@@ -298,13 +411,40 @@ Client::Answer LiveView::compute_map(const Handle& what, std::string map, std::s
       std::move(done));
 }
 
+Client::Answer LiveView::show_draft(const Client::Edits& draft, Client::Done done) {
+  return client().run(
+      "previewing a draft",
+      [s = state_.get(), draft](Session& session) -> Result<Value> {
+        RMP_TRY_ASSIGN(const std::uint64_t number, s->client->draft_number(draft));
+        RMP_TRY_ASSIGN(auto on, s->app.kept<Drafts>().own(session, number));
+        s->want([&] {
+          s->draft.swap(on);
+          s->draft_number = number;
+          s->dirty.document = true;
+        });
+        return Value();
+      },
+      std::move(done));
+}
+
+void LiveView::show_document() {
+  std::shared_ptr<document::Draft> old;
+  state_->want([&] {
+    old.swap(state_->draft);
+    state_->dirty.document = true;
+  });
+  state_->throw_away(std::move(old));
+}
+
 void LiveView::show(const Handle& what) {
+  std::shared_ptr<const render::Scene> old;
   state_->want([&] {
     state_->what = record_of(what);
     state_->mover = {};
-    state_->beside = nullptr;
+    old = std::exchange(state_->beside, nullptr);
     state_->dirty.what = true;
   });
+  state_->throw_away(std::move(old));
 }
 
 void LiveView::show_recording(const Handle& recording, double time) {
@@ -335,6 +475,13 @@ Result<void> LiveView::show_layer(std::string_view name, bool is_shown) {
     state_->dirty.extras = state_->dirty.extras || out.ok();
   });
   return out;
+}
+
+void LiveView::show_extras(scene::Extras extras) {
+  state_->want([&] {
+    std::swap(state_->extras, extras);
+    state_->dirty.extras = true;
+  });
 }
 
 void LiveView::explode(double by) {
@@ -403,10 +550,6 @@ bool LiveView::deliver(std::chrono::microseconds at_most) {
     if (!std::exchange(s->is_new, false)) return has_more;
     fresh = s->newest;
   }
-  s->want([&] {
-    if (s->delivered) s->trash.push_back(std::move(s->delivered));
-    s->dirty.trash = true;
-  });
   s->delivered = fresh;
   if (s->options.on_picture) s->options.on_picture(fresh);
   return has_more;

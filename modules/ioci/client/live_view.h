@@ -19,6 +19,7 @@
 #include "ioci/client/client.h"
 #include "ioci/client/opening.h"
 #include "scene/extras.h"
+#include "scene/flat_scene.h"
 #include "scene/frame.h"
 
 namespace robomosp::ioci {
@@ -28,12 +29,19 @@ namespace robomosp::ioci {
 /// [the host's thread; picture() and settle(): any]
 class LiveView {
  public:
-  /// What is shown. Immutable.
+  /// What is shown. Immutable. When its last owner releases a picture or its frame, a thread of the
+  /// executor destroys it or makes a later picture from it, writing only what differs.
   struct Picture {
+    Picture() = default;
+    Picture(const Picture&) = delete;
+    Picture& operator=(const Picture&) = delete;
     scene::FramePtr frame;
-    render::Scene scene;      ///< the frame as renderers take it, exploded, with the map
+    scene::FlatScene flat;
+    /// The frame as renderers take it, exploded, with the map.
+    const render::Scene& scene = flat.scene();
     bool only_moved = false;  ///< only poses differ from the picture delivered before it
-    /// Sentences about what is not shown, and about motions that do not fit the world.
+    /// Sentences about what is not shown, about motions that do not fit the world, and about a
+    /// draft in conflict with the document.
     std::vector<std::string> left_out;
   };
   using PicturePtr = std::shared_ptr<const Picture>;
@@ -55,7 +63,8 @@ class LiveView {
 
   /// The errors of Client::open(). The application outlives the view.
   static Result<std::unique_ptr<LiveView>> open(Application&, Options);
-  /// Stops what is computed and waits for its end; see ~Client(). Not within deliver().
+  /// Stops what is computed and waits for its end; see ~Client(). Not within deliver(). Callbacks
+  /// are destroyed here.
   ~LiveView();
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
@@ -70,6 +79,13 @@ class LiveView {
 
   /// Shows this record instead of the present one, placed as in the document, without a map.
   void show(const Handle& what);
+  /// Shows the record as it would be if a draft of the client were accepted now, and follows the
+  /// draft's edits, until the draft ends or show_document() is called. If the draft is in conflict
+  /// with the document, it is shown without the document's later changes, and `left_out` gives the
+  /// conflict. The answer fails if the edits are a gesture, or could not be opened.
+  Client::Answer show_draft(const Client::Edits& draft, Client::Done done = {});
+  /// Shows the document again.
+  void show_document();
   /// Moves the members of the world to where a recording has them at a time [s].
   void show_recording(const Handle& recording, double time);
   /// Moves them with a live run from now on.
@@ -78,6 +94,8 @@ class LiveView {
   void rest();
   /// Turns a layer on or off, see scene::set_layer().
   Result<void> show_layer(std::string_view name, bool is_shown);
+  /// Sets all layers at once, with what has no name alone: joint values of robots, ghosts.
+  void show_extras(scene::Extras extras);
   void explode(double by);  ///< see scene::Extras::explode
   /// Adds voxels; `map` as the argument `map` of view.render, for the record that is shown.
   Client::Answer show_map(Map map, Client::Done done = {});
