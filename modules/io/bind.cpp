@@ -154,9 +154,9 @@ class Binder : public DeclaredReader {
                            false, true});
       rules.push_back(string("source", geometry.source));
     }
-    add_rules({&type_of<SolidNode>(), &n, way_to<Solid>("nodes", index),
-               "node " + (n.name.empty() ? std::string(info.name) : quote(n.name)), 0},
-              plain_node_fields(), i, rules);
+    const Target target{&type_of<SolidNode>(), &n, way_to<Solid>("nodes", index),
+                        "node " + (n.name.empty() ? std::string(info.name) : quote(n.name)), 0};
+    add_rules(target, plain_node_fields(), i, rules);
     const Skip is_inner = [&](Index k) { return csg_kind(at(k)).has_value(); };
     RMP_TRY(need_block(i));
     RMP_TRY(block(i, article(at(i).name), rules, is_inner));
@@ -425,8 +425,8 @@ class Binder : public DeclaredReader {
                                                  l.drive.coulomb_negative = v[1];
                                                  return {};
                                                }}};
-               add_rules({&type_of<Drive>(), &l.drive, {}, "the drive", 0}, plain_drive_fields(), k,
-                         of_drive);
+               const Target drive{&type_of<Drive>(), &l.drive, {}, "the drive", 0};
+               add_rules(drive, plain_drive_fields(), k, of_drive);
                return block(k, "a drive", of_drive);
              }},
         mass_block("given", "the given mass properties", l.given),
@@ -437,9 +437,9 @@ class Binder : public DeclaredReader {
                              std::get<Robot>(b).links[index].parts[p].what = id;
                            });
         })};
-    add_rules({&type_of<Link>(), &l, way_to<Robot>("links", index), "link " + quote(l.name),
-               slides ? 1U : 0U},
-              plain_link_fields(), i, rules);
+    const Target target{&type_of<Link>(), &l, way_to<Robot>("links", index),
+                        "link " + quote(l.name), slides ? 1U : 0U};
+    add_rules(target, plain_link_fields(), i, rules);
     RMP_TRY(block(i, "a link", rules));
     if (!has_row && !l.origin)
       return fail(i, "\"row\" is missing in a link",
@@ -613,7 +613,8 @@ class Binder : public DeclaredReader {
       s.joints.emplace_back();
       return joint_values(k, s.joints.back());
     }));
-    add_rules(segment_target(s, t), plain_segment_fields(), i, rules);
+    const Target target = segment_target(s, t);
+    add_rules(target, plain_segment_fields(), i, rules);
     const auto is_parameter = [&](Index k) {
       return std::none_of(rules.begin(), rules.end(),
                           [&](const Rule& r) { return r.name == at(k).name; });
@@ -634,7 +635,8 @@ class Binder : public DeclaredReader {
         transition(s.transition)};
     rules.front().is_required = true;
     placement(rules, s.placement);
-    add_rules(segment_target(s, t), plain_segment_fields(), i, rules);
+    const Target target = segment_target(s, t);
+    add_rules(target, plain_segment_fields(), i, rules);
     RMP_TRY(block(i, "a stored segment", rules));
     return s;
   }
@@ -688,10 +690,7 @@ class Binder : public DeclaredReader {
     const std::string shown = "step " + std::to_string(k + 1);
     const Target target{&type_of<TaskStep>(), &s, way_to<Task>("steps", k), shown, 0};
     std::vector<Rule> rules;
-    PlainFields plain;
-    for (const model::Field* f : file_step_fields(s.kind))
-      if (!is_step_form(f->name)) plain.push_back(f);
-    add_rules(target, plain, i, rules);
+    add_rules(target, plain_step_fields(s.kind), i, rules);
     if (s.kind == StepKind::move) {
       static constexpr std::array<const char*, 4> kProfiles{"quintic", "trapezoidal", "s_curve",
                                                             "time_optimal"};

@@ -81,14 +81,7 @@ void DeclaredReader::add_rules(const Target& t, const Member& f, std::vector<Rul
   } else if (f.type->shape == Shape::table) {
     out.push_back(table_rule(f, data));
   } else {
-    out.push_back({f.word_in_files(), [this, t, &f, data, way](Index i) -> Result<void> {
-                     const Type* type = f.type;
-                     void* p = data;
-                     for (; type->shape == Shape::optional || type->shape == Shape::shared;
-                          type = type->element)
-                       p = type->hold(p);
-                     return read_value(i, t, f, *type, p, way);
-                   }});
+    out.push_back({f.word_in_files(), [this, t, &f](Index i) { return read_single(i, t, f); }});
   }
   out.back().is_required = f.is_needed;
 }
@@ -100,12 +93,30 @@ void DeclaredReader::add_rules(const Target& t, const std::vector<const Member*>
       if (at(k).name == word) return true;
     return false;
   };
+  out.reserve(out.size() + fields.size());
   for (const Member* f : fields) {
     const Shape shape = f->type->shape;
-    const bool has_one_word = shape != Shape::list && !f->is_path_flat && !f->is_written_by_kind;
-    if (!has_one_word || is_given(f->word_in_files())) add_rules(t, *f, out);
-    else out.push_back({f->word_in_files(), nullptr, false, f->is_needed});
+    if (shape == Shape::list || f->is_path_flat || f->is_written_by_kind) {
+      add_rules(t, *f, out);
+    } else if (!is_given(f->word_in_files())) {
+      out.push_back({f->word_in_files(), nullptr, false, f->is_needed});
+    } else if (shape == Shape::reference || shape == Shape::table) {
+      add_rules(t, *f, out);
+    } else {
+      const auto read = [this, &t, f](Index i) { return read_single(i, t, *f); };
+      out.push_back({f->word_in_files(), read, false, f->is_needed});
+    }
   }
+}
+
+Result<void> DeclaredReader::read_single(Index i, const Target& t, const Member& f) {
+  const Type* type = f.type;
+  void* p = f.in(t.data);
+  for (; type->shape == Shape::optional || type->shape == Shape::shared; type = type->element)
+    p = type->hold(p);
+  // Only what is looked up later needs its path.
+  const bool has_way = type->shape == Shape::structure || !f.index_in.empty();
+  return read_value(i, t, f, *type, p, has_way ? to_member(t.way, f) : model::Way());
 }
 
 Result<void> DeclaredReader::need_references(const Target& t, Index block) {

@@ -31,8 +31,8 @@ class DeclaredReader : public FieldReader {
   [[nodiscard]] std::vector<Rule> rules_of(const Target&);
   /// The rule for one field.
   void add_rules(const Target&, const model::Field&, std::vector<Rule>& out);
-  /// The rules for those of the fields that are in the block `owner`, and the names of the
-  /// others.
+  /// The rules for those of the fields that are in the block `owner`, and the names of the others.
+  /// The target must outlive the rules.
   void add_rules(const Target&, const std::vector<const model::Field*>&, Index owner,
                  std::vector<Rule>& out);
   /// Checks that a reference has at least one of the words that can provide it.
@@ -46,6 +46,8 @@ class DeclaredReader : public FieldReader {
  private:
   Rule list_rule(const Target&, const model::Field&);
   Rule table_rule(const model::Field&, void* table);
+  /// A field of one value.
+  Result<void> read_single(Index, const Target&, const model::Field&);
   Result<void> read_value(Index, const Target&, const model::Field&, const model::Type&, void* data,
                           const model::Way& way);
   Result<void> read_numbers(Index, const Target&, const model::Field&, const model::Type&,

@@ -78,6 +78,23 @@ bool reads_as_unit(std::string_view name) {
   return units::parse(name.substr(0, end)).ok();
 }
 
+/// equal(), quicker for the values that most fields have.
+bool is_same(const Type& type, const void* a, const void* b) {
+  switch (type.shape) {
+    case Shape::boolean: return *static_cast<const bool*>(a) == *static_cast<const bool*>(b);
+    case Shape::text:
+      return *static_cast<const std::string*>(a) == *static_cast<const std::string*>(b);
+    case Shape::real:
+      if (*static_cast<const double*>(a) == *static_cast<const double*>(b)) return true;
+      break;
+    case Shape::integer:
+    case Shape::word: return type.whole(a) == type.whole(b);
+    case Shape::reference: return type.id(a) == type.id(b);
+    default: break;
+  }
+  return equal(Content{&type, a}, Content{&type, b});
+}
+
 class Printer {
  public:
   Printer(const document::Snapshot& snapshot, const Record& record,
@@ -273,13 +290,15 @@ class Printer {
     for (const Entry& i : e.inner) out += " " + on_one_line(i);
     return out + " }";
   }
+  void add_plain(const model::Field& f, const Type& t, const void* p,
+                 std::vector<Entry>& out) const {
+    if (!f.counts || f.counts(p)) add_entries(t, f, p, t.alternative ? t.alternative(p) : 0, out);
+  }
   /// Fields that are written as declared, of a struct that has others.
   [[nodiscard]] std::vector<Entry> plain(const PlainFields& fields, const Type& t,
                                          const void* p) const {
     std::vector<Entry> out;
-    const std::size_t alternative = t.alternative ? t.alternative(p) : 0;
-    for (const model::Field* f : fields)
-      if (!f->counts || f->counts(p)) add_entries(t, *f, p, alternative, out);
+    for (const model::Field* f : fields) add_plain(*f, t, p, out);
     return out;
   }
 
@@ -303,7 +322,6 @@ class Printer {
   void add_entries(const Type& t, const model::Field& f, const void* owner, std::size_t alternative,
                    std::vector<Entry>& out) const {
     const void* v = f.in(owner);
-    const std::string word(f.word_in_files());
     if (f.type == &type_of<Parametric>()) {
       for (const Parameter& each : static_cast<const Parametric*>(v)->parameters)
         out.push_back({print_parameter(each)});
@@ -311,7 +329,7 @@ class Printer {
       for (std::size_t i = 0; i < f.type->length(v); ++i)
         out.push_back(element(f, f.type->at(v, i), owner, alternative));
     } else if (f.type->shape == Shape::table) {
-      Entry block{word, true};
+      Entry block{std::string(f.word_in_files()), true};
       f.type->each(v, [&](const std::string& key, const void* each) {
         block.inner.push_back({key + " " + written(t, f, *f.type->element, each, owner, 0)});
       });
@@ -322,7 +340,7 @@ class Printer {
       if (const void* inner = f.type->held(v))
         out.push_back(entry(t, f, *f.type->element, inner, owner, alternative));
     } else if (f.is_needed || f.is_always_written || has_expression(*f.type, v) ||
-               !equal(Content{f.type, v}, Content{f.type, f.in(t.standard.get())})) {
+               !is_same(*f.type, v, f.in(t.standard.get()))) {
       if (f.type->shape == Shape::reference && !f.type->id(v)) return;
       out.push_back(entry(t, f, *f.type, v, owner, alternative));
     }
@@ -497,6 +515,7 @@ class Printer {
     }
     // In order of declaration, as the files have always been written.
     const PlainFields& plain_fields = plain_link_fields();
+    std::vector<Entry> entries_of_field;
     const Type& type = type_of<Link>();
     for (const model::Field& f : type.fields) {
       if (f.name == "lower" && (differs(l.lower, d.lower) || differs(l.upper, d.upper)))
@@ -506,7 +525,9 @@ class Printer {
       else if (f.name == "parts")
         for (const auto& p : l.parts) block("part", body(p.what, p.placement));
       else if (std::find(plain_fields.begin(), plain_fields.end(), &f) != plain_fields.end())
-        for (const Entry& e : plain({&f}, type, &l)) put(e);
+        add_plain(f, type, &l, entries_of_field);
+      for (const Entry& e : entries_of_field) put(e);
+      entries_of_field.clear();
     }
     close();
   }
@@ -626,6 +647,7 @@ class Printer {
   }
   [[nodiscard]] std::vector<std::string> step(const TaskStep& s) const {
     std::vector<std::string> fields;
+    std::vector<Entry> written_as_declared;
     const Type& type = type_of<TaskStep>();
     for (const model::Field* f : file_step_fields(s.kind)) {
       if (f->name == "profile") {
@@ -633,7 +655,10 @@ class Printer {
       } else if (f->name == "is_straight") {
         if (s.is_straight) fields.emplace_back("path straight");
       } else {
-        for (const Entry& e : plain({f}, type, &s)) fields.push_back(on_one_line(e));
+        written_as_declared.clear();
+        add_plain(*f, type, &s, written_as_declared);
+        for (Entry& e : written_as_declared)
+          fields.push_back(e.is_block ? on_one_line(e) : std::move(e.text));
       }
     }
     return fields;

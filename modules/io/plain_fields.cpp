@@ -77,4 +77,15 @@ const PlainFields& file_step_fields(model::StepKind kind) {
   return all[static_cast<std::size_t>(kind)];
 }
 
+const PlainFields& plain_step_fields(model::StepKind kind) {
+  static const auto all = [] {
+    std::array<PlainFields, model::kStepWords.size()> made;
+    for (std::size_t i = 0; i < made.size(); ++i)
+      for (const model::Field* f : file_step_fields(static_cast<model::StepKind>(i)))
+        if (!is_step_form(f->name)) made[i].push_back(f);
+    return made;
+  }();
+  return all[static_cast<std::size_t>(kind)];
+}
+
 }  // namespace robomosp::io

@@ -22,6 +22,8 @@ using PlainFields = std::vector<const model::Field*>;
 /// All fields that steps of a kind have, with their words there: `time` of a wait. Those for which
 /// is_step_form() is true have other values than the declared ones.
 [[nodiscard]] const PlainFields& file_step_fields(model::StepKind);
+/// Those of them with the declared values.
+[[nodiscard]] const PlainFields& plain_step_fields(model::StepKind);
 /// `path straight`, `profile s_curve`.
 [[nodiscard]] bool is_step_form(std::string_view field);
 
