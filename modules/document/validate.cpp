@@ -22,6 +22,7 @@
 #include "model/data.h"
 #include "model/placement.h"
 #include "model/solid_edit.h"
+#include "model/step_fields.h"
 #include "robotics/coordinates.h"
 #include "spatial/principal.h"
 
@@ -996,6 +997,14 @@ Result<void> check(const Task& t, Subject& subject, const Watch& watch) {
       last.push_back(-1);
     }
     RMP_TRY(check(s, step));
+    if (const auto foreign = foreign_step_fields(s); !foreign.empty()) {
+      const std::string name(foreign.front()->name);
+      Error e =
+          fault(step + " has a value for " + quote(name) + ", which steps of this kind do not have",
+                "Leave it out; to change the kind of a step, set the whole step.");
+      amend(e, [&](Fault& f) { f.subject.path = "steps[" + std::to_string(i + 1) + "]." + name; });
+      return e;
+    }
   }
   return {};
 }

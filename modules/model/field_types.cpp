@@ -15,7 +15,7 @@ namespace {
 /// In order of kinds and paths. A field with a function `counts` has its condition here in words;
 /// a test compares the two.
 constexpr FieldNote kFieldNotes[] = {
-    {"robot", "links.parent", "",
+    {"robot", "links.parent", "member:link_or_base of id or int",
      "Number or name of its parent link, \"base\" for the base; by default the link before."},
     {"robot", "links.joint", "",
      "Type of motion. universal: rotates about z, then the new x; cylindrical: slides along z and "
@@ -66,6 +66,10 @@ constexpr FieldNote kFieldNotes[] = {
      "elements of the tensor."},
     {"robot", "links.parts", "@group(Mass)",
      "Designed bodies: {what = solid or object, placement or position with angles}."},
+    {"robot", "tools.link", "member:link_or_base of id or int"},
+    {"robot", "attached.link", "member:link_or_base of id or int"},
+    {"robot", "loops.link_a", "member:link_or_base of id or int"},
+    {"robot", "loops.link_b", "member:link_or_base of id or int"},
     {"robot", "base_parts", "",
      "Designed bodies of the base: {what = solid or object, placement or position with angles}."},
     {"robot", "base_mass", "",

@@ -9,6 +9,7 @@
 #include "kernel/condition.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
+#include "model/data.h"
 #include "model/field_types.h"
 #include "model/records.h"
 
@@ -82,6 +83,20 @@ std::optional<std::string> step_condition(StepKind kind, std::string_view condit
     out += (out.empty() ? "" : " or ") + part;
   }
   return out.empty() ? std::nullopt : std::optional(out);
+}
+
+std::vector<const Field*> foreign_step_fields(const TaskStep& s) {
+  const Type& type = type_of<TaskStep>();
+  const auto own = step_fields(s.kind);
+  std::vector<const Field*> out;
+  for (const Field& f : type.fields) {
+    if (f.name == "kind" || f.name == "parent" ||
+        std::find(own.begin(), own.end(), &f) != own.end())
+      continue;
+    if (!equal(Content{f.type, f.in(&s)}, Content{f.type, f.in(type.standard.get())}))
+      out.push_back(&f);
+  }
+  return out;
 }
 
 std::span<const Field* const> step_fields(StepKind kind) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "model/fields.h"
 #include "model/task.h"
@@ -22,5 +23,7 @@ namespace robomosp::model {
 [[nodiscard]] std::optional<std::string> step_condition(StepKind, std::string_view condition);
 /// The fields that steps of a kind have, in order of declaration, without `kind` and `parent`.
 [[nodiscard]] std::span<const Field* const> step_fields(StepKind);
+/// The fields with a value that steps of its kind do not have, in order of declaration.
+[[nodiscard]] std::vector<const Field*> foreign_step_fields(const TaskStep&);
 
 }  // namespace robomosp::model

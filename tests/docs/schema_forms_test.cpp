@@ -422,8 +422,9 @@ class SchemaChoices : public testing::Test {
 };
 
 TEST_F(SchemaChoices, FollowWhatTheOtherArgumentsName) {
-  EXPECT_EQ(values("robot.link", "link", "{id = \"arm\"}"), (Words{"a1", "a2", "flange", "base"}));
-  EXPECT_EQ(values("robot.link", "link", "{id = \"two\"}"), (Words{"b1", "base"}));
+  EXPECT_EQ(values("robot.link", "link", "{id = \"arm\"}"), (Words{"a1", "a2", "flange"}));
+  EXPECT_EQ(values("robot.link", "link", "{id = \"two\"}"), (Words{"b1"}));
+  EXPECT_EQ(values("robot.add_tool", "link", "{id = \"two\"}"), (Words{"b1", "base"}));
   EXPECT_EQ(values("robot.fk", "q", "{id = \"arm\"}"), (Words{"home", "up"}));
   EXPECT_EQ(values("robot.fk", "q", "{id = \"arm\"}", "U"), (Words{"up"}));
   EXPECT_EQ(values("world.plan_path", "robot", "{id = \"cell\"}"), (Words{"left", "right"}));
@@ -432,8 +433,31 @@ TEST_F(SchemaChoices, FollowWhatTheOtherArgumentsName) {
   EXPECT_EQ(values("world.plan_path", "to", "{id = \"cell\", robot = \"right\"}"), (Words{"rest"}));
   EXPECT_EQ(values("robot.joint_limit", "joint", "{id = \"arm\"}"), (Words{"a1", "a2"}));
   EXPECT_EQ(values("world.set_signal", "signal", "{id = \"cell\"}"), (Words{"go"}));
+  EXPECT_EQ(values("program.from_trajectory", "robot", "{world = \"cell\"}"),
+            (Words{"left", "right"}));
   // Nothing is given that decides: all there are.
   EXPECT_EQ(values("robot.fk", "q", "{}"), (Words{"home", "up", "rest"}));
+}
+
+/// "member:task of world" needs an argument `world`, or the choices are those of all worlds.
+TEST_F(SchemaChoices, TheOwnersOfMembersAreArguments) {
+  for (const CommandSpec* c : program().commands.list())
+    for (const ParamSpec& p : c->params)
+      for (std::string_view rest = p.type;;) {
+        const std::size_t at = rest.find("member:");
+        if (at == std::string_view::npos) break;
+        rest.remove_prefix(at + 7);
+        const std::string_view words = rest.substr(0, rest.find_first_of("|>,;){} "));
+        const std::string_view behind = rest.substr(words.size());
+        if (!behind.starts_with(" of ")) continue;
+        const std::string_view owner = behind.substr(4, behind.find_first_of("|>,;){} ", 4) - 4);
+        const auto has = [&](std::string_view name) {
+          return std::any_of(c->params.begin(), c->params.end(),
+                             [&](const ParamSpec& o) { return o.name == name; });
+        };
+        EXPECT_TRUE(has(owner) || (owner == "world" && has("id")))
+            << c->name << " " << p.name << ": " << p.type;
+      }
 }
 
 TEST_F(SchemaChoices, GoIntoParts) {

@@ -18,6 +18,7 @@
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "model/data.h"
+#include "model/step_fields.h"
 #include "support/program.h"
 #include "support/sample_records.h"
 
@@ -111,6 +112,58 @@ std::string own_forms(const model::Type& type, const io::PlainFields& plain) {
                                         [&](const model::Field* p) { return p->name == f.name; }))
       out += (out.empty() ? "" : ", ") + std::string(f.name);
   return out;
+}
+
+/// A value that files leave out would be lost, or make a file that cannot be read again.
+TEST_F(DescribedFields, FieldsOfOtherKindsOfStepsAreRefusedAtEveryDoor) {
+  const auto run = [&](const char* command, const Map& args) {
+    return app().dispatch(session_, command, args);
+  };
+  const Map message{{"step", "message"}, {"text", "hello"}};
+  const auto task = run("task.create", {{"name", "greet"}, {"steps", List{Value(message)}}});
+  ASSERT_TRUE(task.ok()) << task.error().sentence();
+  const auto fields = [&] {
+    const auto all = run("record.describe", {{"id", *task}});
+    return *all->as_map()->find("steps")->as_list()->front().as_map();
+  };
+  Map step = fields();
+  step.set("speed", 0.5);
+  Map twice = message;
+  twice.set("speed", 0.5);
+  const std::pair<const char*, Map> doors[] = {
+      {"record.set", {{"id", *task}, {"path", "steps[1].speed"}, {"value", 0.5}}},
+      {"record.set", {{"id", *task}, {"path", "steps[1]"}, {"value", step}}},
+      {"record.set", {{"id", *task}, {"path", "steps"}, {"value", List{Value(step)}}}},
+      {"record.create",
+       {{"kind", "task"}, {"name", "other"}, {"fields", Map{{"steps", List{Value(step)}}}}}},
+      {"task.set_step", {{"id", *task}, {"index", 1}, {"step", twice}}},
+  };
+  for (const auto& [command, args] : doors) {
+    const auto set = run(command, args);
+    ASSERT_FALSE(set.ok()) << command;
+    EXPECT_NE(set.error().sentence().find("speed"), std::string::npos) << set.error().sentence();
+  }
+  EXPECT_EQ(fields(), [&] {
+    Map m = step;
+    m.erase("speed");
+    return m;
+  }());
+  // Each field of a step in steps of each kind: refused, or there again after saving and loading.
+  const model::Type& type = model::type_of<model::TaskStep>();
+  for (std::size_t kind = 0; kind < model::kStepWords.size(); ++kind) {
+    model::TaskStep s;
+    s.kind = static_cast<model::StepKind>(kind);
+    EXPECT_TRUE(model::foreign_step_fields(s).empty()) << kind;
+    s.speed = 0.5;
+    s.text = "a";
+    s.count = 7;
+    const auto foreign = model::foreign_step_fields(s);
+    EXPECT_EQ(foreign.size(), 3 - (s.kind == model::StepKind::move) -
+                                  (s.kind == model::StepKind::message) -
+                                  (s.kind == model::StepKind::repeat))
+        << kind;
+    for (const model::Field* f : foreign) EXPECT_EQ(f, type.field(f->name));
+  }
 }
 
 TEST(FieldPlaces, ThePageNamesTheFieldsThatAreWrittenByHand) {

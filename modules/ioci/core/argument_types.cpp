@@ -45,6 +45,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"value", "robot.set_joint robot.add_joint", "real or real[]"},
     // Members of a robot.
     {"link", "world.attach", "member:link_or_tool of robot"},
+    {"link", "robot.add_tool robot.set_tool robot.attach", "member:link_or_base of id or int"},
     {"link", "robot.*", "member:link of id or int"},
     {"joint", "robot.*", "member:joint of id or int"},
     {"joint", "program.bind", "member:joint of robot"},
@@ -74,9 +75,9 @@ constexpr ArgumentType kArgumentTypes[] = {
     // Members of a world.
     {"robot", "world.attach world.plan_path world.check_path world.add_task world.add_program",
      "member:robot of id"},
-    {"robot", "program.from_trajectory", "any<member:robot of id>"},
+    {"robot", "program.from_trajectory", "any<member:robot of world>"},
     {"robot", "world.*", "member:robot of id or ref:robot"},
-    {"trajectory", "program.from_trajectory", "any<member:trajectory of id>"},
+    {"trajectory", "program.from_trajectory", "any<member:trajectory of world>"},
     {"trajectory", "world.simulate_dynamics", "any<member:trajectory of id>"},
     {"trajectory", "robot.set_base", "ref:trajectory or path(open: *.tjc)"},
     {"trajectory", "world.*", "member:trajectory of id or ref:trajectory"},
@@ -86,7 +87,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"member", "world.*", "member:member of id"},
     {"signal", "*", "member:signal of world"},
     {"task", "world.run_task", "member:task of id or list<member:task of id>"},
-    {"task", "program.from_task", "any<member:task of id>"},
+    {"task", "program.from_task", "any<member:task of world>"},
     {"program", "world.run_task", "member:program of id or list<member:program of id>"},
     {"frame", "program.bind program.run_remote", "member:frame of world"},
     // Recordings.

@@ -182,12 +182,12 @@ struct ReturnSpec {
 enum class RunKind : std::uint8_t { none, simulation, task };
 
 struct CommandSpec {
-  std::string name;     ///< "robot.dh_table"; the part before the dot is the handle kind or a topic
-  std::string classic;  ///< "PRobot mGetDHP" or "" ; several separated by '|'
-  std::string summary;  ///< one sentence
-  std::string details;  ///< more, may be empty
-  std::string example;  ///< Lua, executed by tests in a fresh session
-  Schema params;        ///< a first parameter "id" of type ref:<kind> makes it a method
+  std::string name;  ///< "robot.dh_table"; the part before the dot is the handle kind or a topic
+  std::string classic{};  ///< "PRobot mGetDHP" or "" ; several separated by '|'
+  std::string summary;    ///< one sentence
+  std::string details;    ///< more, may be empty
+  std::string example;    ///< Lua, executed by tests in a fresh session
+  Schema params;          ///< a first parameter "id" of type ref:<kind> makes it a method
   ReturnSpec returns;
   /// Effects it always has; refused at once to a session that is denied any of them.
   Effects effect = Effect::reads;

@@ -621,13 +621,21 @@ Result<void> set_path(CommandContext& ctx, AnyId id, const std::string& path, co
       if (const auto quantity = units::read_quantity(*text, number->unit); quantity.ok())
         value = Value(*quantity);
   }
+  bool applies = true;
   auto done = ctx.edit().edit(id, [&](model::Record& r) -> Result<void> {
     const auto at = model::find_for_change(model::content(r.body), path);
     RMP_TRY(read_field(ctx, r.body, *at, value, path));
     if (auto* parametric = model::parametric_of(r.body)) ctx.expressions.keep(*parametric);
+    applies = !at->field || !at->field->counts || !at->owner || at->field->counts(at->owner);
     return {};
   });
-  return std::move(done).in(name_in(ctx, id));
+  if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
+  if (!applies)
+    ctx.app.messages.post(Severity::warning, "record",
+                          name_in(ctx, id) + ": " + text::quote(path) +
+                              " does not apply to the record as it is now: the value has no "
+                              "effect, and files leave it out");
+  return {};
 }
 
 Error unknown_path(const model::Body& body, std::string_view path) {

@@ -39,7 +39,7 @@ Schema side_schema() {
 
 std::string side_type() {
   Schema s = side_schema();
-  retype(s, "link", "member:link of id or int");
+  retype(s, "link", "member:link_or_base of id or int");
   return map_type(s);
 }
 const NamedType kSideType("frame_on_link", "map", side_type);

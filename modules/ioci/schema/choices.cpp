@@ -40,6 +40,7 @@ struct ListMember {
 };
 constexpr ListMember kListMembers[] = {
     {"link", Kind::robot, "links"},
+    {"link_or_base", Kind::robot, "links"},
     {"pose", Kind::robot, "poses"},
     {"tool", Kind::robot, "tools"},
     {"attached", Kind::robot, "attached"},
@@ -437,7 +438,7 @@ class Chooser {
             found[i].is_decided = false;
           }
       }
-      if (word == "link" && !owner.records.empty()) {
+      if (word == "link_or_base" && !owner.records.empty()) {
         found.push_back({Value("base")});
         found.back().is_decided = owner.is_given;
       }
