@@ -90,7 +90,7 @@ struct FaultRemedy {
   std::string untried{};
   bool operator==(const FaultRemedy&) const = default;
 };
-/// FaultRemedy::untried of faults found below the commands, whose remedies fault.list tries.
+/// FaultRemedy::untried of faults found below the commands; fault.list tries their remedies.
 inline constexpr const char* kUntriedByList = "fault.list tries it.";
 
 struct Fault {
