@@ -149,6 +149,7 @@ constexpr std::pair<std::string_view, std::string_view> kExampleArguments[] = {
     {"provider.trust", R"lua({remember = false})lua"},
     {"record.create", R"lua({kind = "material", name = "brass", fields = {density = 8500}})lua"},
     {"record.describe", R"lua({id = "brass"})lua"},
+    {"record.outline", R"lua({id = "arm", group = "links"})lua"},
     {"record.parameters", R"lua({id = "foam"})lua"},
     {"record.remove_parameter", R"lua({id = "foam", name = "spare"})lua"},
     {"record.rename_parameter", R"lua({id = "foam", name = "bore", to = "hole"})lua"},
