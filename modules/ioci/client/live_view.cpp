@@ -66,12 +66,14 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
   State(Application& a, Options o) : app(a), options(std::move(o)) {}
 
   Application& app;
-  Options options;  ///< callbacks are called while the client is there
-  std::unique_ptr<Client> client;
-  std::atomic<Client*> serving{nullptr};  ///< where solvers of scripts are served
-  std::atomic<bool> serves{false};        ///< a call for that waits
-  std::unique_ptr<Scripts> scripts;       ///< of the client's thread
-  PicturePtr delivered;                   ///< of the host's thread
+  Options options;              ///< callbacks are called while the client is there
+  std::shared_ptr<State> main;  ///< whose client this view uses; null = its own
+  std::vector<std::weak_ptr<State>> beside_views;  ///< that use this one's; the host's thread's
+  std::unique_ptr<Client> client;                  ///< null if `main` is not
+  std::atomic<Client*> serving{nullptr};           ///< where solvers of scripts are served
+  std::atomic<bool> serves{false};                 ///< a call for that waits
+  std::unique_ptr<Scripts> scripts;                ///< of the client's thread
+  PicturePtr delivered;                            ///< of the host's thread
 
   mutable std::mutex mutex;
   std::condition_variable changed;
@@ -86,6 +88,7 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
   std::shared_ptr<scene::LiveScene> scene;  ///< changed by the worker
   PicturePtr newest;
   bool is_working = false, is_ending = false, is_new = false, is_woken = false;
+  std::string printed;  ///< by scripts, not delivered yet
   // Destroyed by the worker, since that takes time:
   std::vector<std::unique_ptr<Picture>> returned;
   std::vector<std::shared_ptr<const void>> trash;
@@ -140,6 +143,15 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
               if (const auto self = weak.lock()) self->take_back(std::move(old));
             }};
   }
+  /// The view with the client.
+  [[nodiscard]] State& session() { return main ? *main : *this; }
+  void print(std::string_view text) {
+    {
+      const std::lock_guard lock(mutex);
+      printed += text;
+    }
+    wake();
+  }
   /// A call for the scripts' solvers.
   void serve_scripts() {
     Client* const on = serving.load();
@@ -167,6 +179,8 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
         break;
       default: break;
     }
+    for (const std::weak_ptr<State>& view : beside_views)
+      if (const auto other = view.lock()) other->take(e);
     if (options.on_event && (options.topics & bit(e.topic)) != 0) options.on_event(e);
   }
 
@@ -355,6 +369,8 @@ Result<std::unique_ptr<LiveView>> LiveView::open(Application& app, Options optio
   c.prepare = [s](Session& session) {
     if (const auto make = ScriptLanguage::registered())
       s->scripts = make(s->app, session, s->options.plugin_path, [s] { s->serve_scripts(); });
+    if (s->scripts && s->options.on_print)
+      s->scripts->print_to([s](std::string_view text) { s->print(text); });
   };
   c.finish = [s](Session&) { s->scripts.reset(); };
   c.events.topics = s->options.topics | bit(Topic::change) | bit(Topic::provider) |
@@ -366,12 +382,23 @@ Result<std::unique_ptr<LiveView>> LiveView::open(Application& app, Options optio
   return std::unique_ptr<LiveView>(new LiveView(state));
 }
 
+std::unique_ptr<LiveView> LiveView::open_beside(Options options) {
+  options.on_event = nullptr;
+  const auto state = std::make_shared<State>(state_->app, std::move(options));
+  state->main = state_->main ? state_->main : state_;
+  state->extras = state->options.extras;
+  auto& views = state->main->beside_views;
+  std::erase_if(views, [](const std::weak_ptr<State>& v) { return v.expired(); });
+  views.push_back(state);
+  return std::unique_ptr<LiveView>(new LiveView(state));
+}
+
 LiveView::LiveView(std::shared_ptr<State> state) : state_(std::move(state)) {}
 
 LiveView::~LiveView() {
   // What is computed may wait for a solver of the client's scripts, and the client for a command:
   // it is cancelled first.
-  state_->client->close();
+  if (state_->client) state_->client->close();
   {
     std::unique_lock lock(state_->mutex);
     state_->is_ending = true;
@@ -383,14 +410,44 @@ LiveView::~LiveView() {
   state_->options = {};  // the task that ended last may still hold the rest
 }
 
-Client& LiveView::client() const { return *state_->client; }
+Client& LiveView::client() const { return *state_->session().client; }
+
+Client::Answer LiveView::evaluate(std::string input, Client::Done done) {
+  return client().run(
+      "the console",
+      [s = &state_->session(), input = std::move(input)](Session&) -> Result<Value> {
+        if (!s->scripts)
+          return error(ErrorCode::unsupported, "this program has no scripting language");
+        RMP_TRY_ASSIGN(std::string text, s->scripts->evaluate(input));
+        return Value(std::move(text));
+      },
+      std::move(done));
+}
+
+Client::Answer LiveView::complete(std::string input, std::size_t cursor,
+                                  std::function<void(const Completed&)> done) {
+  const auto found = std::make_shared<Completed>();
+  return client().run(
+      "completion",
+      [s = &state_->session(), found, input = std::move(input), cursor](Session&) -> Result<Value> {
+        if (!s->scripts)
+          return error(ErrorCode::unsupported, "this program has no scripting language");
+        found->completion = s->scripts->complete(input, cursor);
+        found->is_incomplete = s->scripts->is_incomplete(input);
+        return Value();
+      },
+      [found, done = std::move(done)](const Result<Value>& r) {
+        if (r.ok() && done) done(*found);
+      });
+}
 
 Client::Answer LiveView::open_record(OpenRequest request,
                                      std::function<void(const Result<Opened>&)> done) {
   const auto opened = std::make_shared<Opened>();
   return client().run(
       "opening " + (request.script.empty() ? request.what : request.script.string()),
-      [s = state_.get(), opened, request = std::move(request)](Session& session) -> Result<Value> {
+      [s = &state_->session(), opened,
+       request = std::move(request)](Session& session) -> Result<Value> {
         RMP_TRY_ASSIGN(*opened, open_shown(s->app, session, s->scripts.get(), request));
         return Value();
       },
@@ -403,7 +460,7 @@ Client::Answer LiveView::compute_map(const Handle& what, std::string map, std::s
                                      Client::Done done) {
   return client().run(
       "computing a map",
-      [s = state_.get(), what, map = std::move(map),
+      [s = &state_->session(), what, map = std::move(map),
        robot = std::move(robot)](Session& session) -> Result<Value> {
         RMP_TRY_ASSIGN(Handle made, ioci::compute_map(s->app, session, what, map, robot));
         return Value(std::move(made));
@@ -415,7 +472,7 @@ Client::Answer LiveView::show_draft(const Client::Edits& draft, Client::Done don
   return client().run(
       "previewing a draft",
       [s = state_.get(), draft](Session& session) -> Result<Value> {
-        RMP_TRY_ASSIGN(const std::uint64_t number, s->client->draft_number(draft));
+        RMP_TRY_ASSIGN(const std::uint64_t number, s->session().client->draft_number(draft));
         RMP_TRY_ASSIGN(auto on, s->app.kept<Drafts>().own(session, number));
         s->want([&] {
           s->draft.swap(on);
@@ -494,7 +551,7 @@ void LiveView::explode(double by) {
 Client::Answer LiveView::show_map(Map map, Client::Done done) {
   return client().run(
       "showing a map",
-      [s = state_.get(), map = std::move(map)](Session& session) -> Result<Value> {
+      [s = state_, map = std::move(map)](Session& session) -> Result<Value> {
         AnyId what;
         {
           const std::lock_guard lock(s->mutex);
@@ -542,8 +599,14 @@ Result<LiveView::PicturePtr> LiveView::settle(Progress& progress) {
 
 bool LiveView::deliver(std::chrono::microseconds at_most) {
   const std::shared_ptr<State> s = state_;
-  const bool has_more = s->client->deliver(at_most);
+  const bool has_more = s->client && s->client->deliver(at_most);
   PicturePtr fresh;
+  std::string printed;
+  {
+    const std::lock_guard lock(s->mutex);
+    printed.swap(s->printed);
+  }
+  if (!printed.empty()) s->options.on_print(printed);
   {
     const std::lock_guard lock(s->mutex);
     s->is_woken = false;

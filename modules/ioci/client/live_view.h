@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -18,6 +19,7 @@
 
 #include "ioci/client/client.h"
 #include "ioci/client/opening.h"
+#include "ioci/client/scripts.h"
 #include "scene/extras.h"
 #include "scene/flat_scene.h"
 #include "scene/frame.h"
@@ -59,10 +61,16 @@ class LiveView {
     scene::Extras extras;  ///< shown at first
     /// Searched first for scripts that are plugins.
     std::vector<std::filesystem::path> plugin_path;
+    /// Called by deliver() with what scripts print; empty = it goes to standard output.
+    std::function<void(const std::string&)> on_print;
   };
 
   /// The errors of Client::open(). The application outlives the view.
   static Result<std::unique_ptr<LiveView>> open(Application&, Options);
+  /// Another view of the same session, such as for a second tab of a window: it has the client of
+  /// this view, which must outlive it, and its events. Of the options only `wake`, `on_picture` and
+  /// `extras` count. Its deliver() passes on pictures only.
+  [[nodiscard]] std::unique_ptr<LiveView> open_beside(Options);
   /// Stops what is computed and waits for its end; see ~Client(). Not within deliver(). Callbacks
   /// are destroyed here.
   ~LiveView();
@@ -73,6 +81,17 @@ class LiveView {
 
   /// open_shown() on the client's thread. It shows nothing yet.
   Client::Answer open_record(OpenRequest, std::function<void(const Result<Opened>&)> done);
+  /// Evaluates one input of a console in the session's script state; `done` gets the text of its
+  /// results.
+  Client::Answer evaluate(std::string input, Client::Done done);
+  /// What an input may be completed to at byte `cursor`; `done` is not called if the program has
+  /// no scripting language or the call is cancelled.
+  struct Completed {
+    ScriptCompletion completion;
+    bool is_incomplete = false;  ///< the input is the beginning of a statement
+  };
+  Client::Answer complete(std::string input, std::size_t cursor,
+                          std::function<void(const Completed&)> done);
   /// compute_map() likewise; `done` gets the handle of the recording.
   Client::Answer compute_map(const Handle& what, std::string map, std::string robot,
                              Client::Done done);

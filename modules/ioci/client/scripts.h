@@ -3,17 +3,26 @@
 // does not include that module (layer: application).
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <robomosp/sdk/result.h>
 
 #include "ioci/core/application.h"
 
 namespace robomosp::ioci {
+
+/// Completions of an input: what starts at byte `start` may become one of `words`.
+struct ScriptCompletion {
+  std::size_t start = 0;
+  std::vector<std::string> words;
+};
 
 /// The state of the scripting language of one session. It never throws. [the session's thread]
 class Scripts {
@@ -25,6 +34,17 @@ class Scripts {
   /// Runs a file and returns its return values.
   virtual Result<List> run_file(const std::filesystem::path& file,
                                 std::span<const std::string> arguments) = 0;
+  /// Evaluates one input of a console. Returns the text of its results, "" if there are none.
+  virtual Result<std::string> evaluate(std::string_view input) = 0;
+  /// True if the input is the beginning of an incomplete statement.
+  [[nodiscard]] virtual bool is_incomplete(std::string_view input) const = 0;
+  /// Candidates at byte `cursor` of an input. Runs no script.
+  [[nodiscard]] virtual ScriptCompletion complete(std::string_view input,
+                                                  std::size_t cursor) const = 0;
+  /// Call stack of the last failure, one frame a line.
+  [[nodiscard]] virtual std::string traceback() const = 0;
+  /// Where scripts print to; empty = standard output, as at first.
+  virtual void print_to(std::function<void(std::string_view)> print) = 0;
   /// Runs the calls of other threads to solvers that scripts provide.
   virtual void serve() = 0;
 };
