@@ -125,5 +125,12 @@ TEST_F(Outline, AnUnknownGroupIsRefusedWithThoseThereAre) {
   EXPECT_NE(r.error().sentence().find("robots"), std::string::npos) << r.error().sentence();
 }
 
+TEST_F(Outline, WithoutAWindowItsCommandsSaySo) {
+  EXPECT_EQ(call("window.is_open", {}), Value(false));
+  const auto r = app->dispatch(session, "window.read", {{"widget", "console"}});
+  ASSERT_FALSE(r.ok());
+  EXPECT_NE(r.error().sentence().find("no window is open"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace robomosp
