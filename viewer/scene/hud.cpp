@@ -23,7 +23,7 @@ constexpr double kAxisLength = 46, kCornerInset = 68, kLetterSize = 18, kLabelSi
                  kCaptionSize = 16, kLegendInset = 22, kBarWidth = 20, kBarToText = 9,
                  kLegendGap = 36;
 constexpr double kBarShare = 0.46;  // of the height of the picture
-constexpr Colour kInk{0.09F, 0.10F, 0.12F, 1};
+constexpr Colour kInkOnLight{0.09F, 0.10F, 0.12F, 1}, kInkOnDark{0.90F, 0.91F, 0.93F, 1};
 
 /// Pixels of a nominal one for texts, which are to be read in small pictures too, and in those
 /// shown at half their size.
@@ -125,6 +125,7 @@ Hud::Hud(osg::Program* surface_program, int first_bin, unsigned mask) {
     letters_[i] = new_text();
     letters_[i]->setText(std::string(1, static_cast<char>('X' + i)));
   }
+  set_dark(false);
   caption_ = new_text();
   caption_->setAlignment(osgText::Text::LEFT_BOTTOM);  // more lines grow upwards
 }
@@ -146,6 +147,8 @@ void Hud::set_caption(const std::string& text) {
 }
 
 void Hud::show_axes(bool on) { has_axes_ = on; }
+
+void Hud::set_dark(bool on) { ink_ = on ? kInkOnDark : kInkOnLight; }
 
 void Hud::put(osgText::Text& text, double x, double y, double size, const Colour& colour,
               bool is_linear) {
@@ -174,7 +177,7 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   const double length = kAxisLength * scale, inset = kCornerInset * scale;
   const double margin = 20 * scale;
   caption_->setMaximumWidth(static_cast<float>(w - 2 * margin));
-  put(*caption_, margin, 14 * scale, kCaptionSize * letters, kInk, is_linear);
+  put(*caption_, margin, 14 * scale, kCaptionSize * letters, ink_, is_linear);
   const osg::BoundingBox said = caption_->getBoundingBox();
   const double bottom =
       inset + (caption_->getText().empty() || !said.valid()
@@ -221,7 +224,7 @@ std::size_t Hud::place_labels(const OrbitCamera& camera, const std::vector<Label
     if (!at) continue;
     osgText::Text& t = text_of(used++, label.text, is_linear);
     t.setAlignment(osgText::Text::LEFT_CENTER);
-    put(t, 0, 0, size, kInk, is_linear);
+    put(t, 0, 0, size, ink_, is_linear);
     const double wide = width_of(t);
     double x = (*at)[0] + off, y = h - (*at)[1] - off;
     // What lies outside the picture has its text there too.
@@ -241,7 +244,7 @@ std::size_t Hud::place_labels(const OrbitCamera& camera, const std::vector<Label
       }
       taken.push_back(box());
     }
-    put(t, x, y, size, kInk, is_linear);
+    put(t, x, y, size, ink_, is_linear);
   }
   return used;
 }
@@ -280,7 +283,7 @@ std::size_t Hud::place_legends(double width, double height, double scale, std::s
     for (const auto& tick : legend.ticks) {
       osgText::Text& t = text_of(first++, tick.text, is_linear);
       t.setAlignment(osgText::Text::LEFT_CENTER);
-      put(t, 0, 0, size, kInk, is_linear);
+      put(t, 0, 0, size, ink_, is_linear);
       widest = std::max(widest, width_of(t));
     }
     osgText::Text& title = text_of(first++, legend.title, is_linear);
@@ -295,24 +298,24 @@ std::size_t Hud::place_legends(double width, double height, double scale, std::s
       top = std::round(height - kLegendInset * scale - 14 * scale - size);
       for (std::size_t i = 0; i < legend.colours.size(); ++i) {
         const double y = std::round(top - (static_cast<double>(i) + 0.5) * step);
-        box(x0 - line, y - 0.5 * patch - line, x1 + line, y + 0.5 * patch + line, kInk);
+        box(x0 - line, y - 0.5 * patch - line, x1 + line, y + 0.5 * patch + line, ink_);
         box(x0, y - 0.5 * patch, x1, y + 0.5 * patch, legend.colours[i]);
-        put(*labels_[first_tick + i], x1 + kBarToText * scale, y, size, kInk, is_linear);
+        put(*labels_[first_tick + i], x1 + kBarToText * scale, y, size, ink_, is_linear);
       }
     } else {
-      box(x0 - line, low - line, x1 + line, low + bar + line, kInk);
+      box(x0 - line, low - line, x1 + line, low + bar + line, ink_);
       const auto n = static_cast<double>(legend.colours.size());
       for (std::size_t i = 0; i < legend.colours.size(); ++i)
         box(x0, low + bar * static_cast<double>(i) / n, x1,
             low + bar * static_cast<double>(i + 1) / n, legend.colours[i]);
       for (std::size_t i = 0; i < legend.ticks.size(); ++i) {
         const double y = std::round(low + bar * std::clamp(legend.ticks[i].share, 0.0, 1.0));
-        box(x1 + line, y - 0.5 * line, x1 + 5 * scale, y + 0.5 * line, kInk);
-        put(*labels_[first_tick + i], x1 + kBarToText * scale, y, size, kInk, is_linear);
+        box(x1 + line, y - 0.5 * line, x1 + 5 * scale, y + 0.5 * line, ink_);
+        put(*labels_[first_tick + i], x1 + kBarToText * scale, y, size, ink_, is_linear);
       }
     }
     title.setAlignment(osgText::Text::RIGHT_BASE_LINE);
-    put(title, right, top + 14 * scale, size, kInk, is_linear);
+    put(title, right, top + 14 * scale, size, ink_, is_linear);
     right = std::min(x0, right - width_of(title)) - kLegendGap * scale;
   }
   bars->setVertexArray(corners);

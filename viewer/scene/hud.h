@@ -35,6 +35,7 @@ class Hud {
   };
   void set_caption(const std::string& text);
   void show_axes(bool on);
+  void set_dark(bool on);  ///< light texts, for a dark background
   void set_legends(std::vector<render::Legend> legends) { legends_ = std::move(legends); }
   /// Puts everything in its place for the next draw; `scale` is pixels per nominal pixel.
   void place(const OrbitCamera& camera, const std::vector<Label>& labels, double scale,
@@ -65,6 +66,7 @@ class Hud {
   osg::ref_ptr<osg::Geode> bars_ = new osg::Geode;
   std::vector<render::Legend> legends_;
   bool has_axes_ = true;
+  Colour ink_;
 };
 
 }  // namespace robomosp::viewer

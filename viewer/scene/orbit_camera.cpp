@@ -55,6 +55,14 @@ void OrbitCamera::orbit(double dx_px, double dy_px) {
   pitch_ = std::clamp(pitch_ + dy_px * per_pixel, -kPi / 2, kPi / 2);
 }
 
+void OrbitCamera::orbit_about(const Vec3& point, double dx_px, double dy_px) {
+  if (!is_finite(point)) return orbit(dx_px, dy_px);
+  const Vec3 offset = target_ - point;
+  const double x = dot(offset, right()), y = dot(offset, up()), z = dot(offset, backward());
+  orbit(dx_px, dy_px);
+  target_ = point + x * right() + y * up() + z * backward();
+}
+
 void OrbitCamera::pan(double dx_px, double dy_px) {
   const double s = metres_per_pixel();
   target_ = target_ + (-dx_px * s) * right() + (dy_px * s) * up();

@@ -34,6 +34,8 @@ class OrbitCamera {
 
   /// Circles the target; half the height of the picture is 90 degrees.
   void orbit(double dx_px, double dy_px);
+  /// Circles a point [m], which stays where it is in the picture.
+  void orbit_about(const Vec3& point, double dx_px, double dy_px);
   /// Moves the target in the picture plane, so that it follows the mouse.
   void pan(double dx_px, double dy_px);
   /// Scales the picture by `factor` (> 1 comes closer), keeping what is under pixel (x, y) there.

@@ -46,6 +46,7 @@ SceneView::Impl::Impl(Quality quality, Target target)
   set_uniform(s, "section_plane", osg::Vec4f(0, 0, 0, 1));
   set_uniform(s, "dash", 0.0F);
   set_uniform(s, "drawn", 0.0F);
+  set_uniform(s, "dark", 0.0F);
 
   osg::StateSet* c = casters->getOrCreateStateSet();
   c->setAttributeAndModes(surface_program);
@@ -132,6 +133,7 @@ void SceneView::Impl::sync_look(const Frame& frame) {
       node.cut_points.clear();
     }
   set_uniform(root->getStateSet(), "drawn", is_shaded ? 0.0F : 1.0F);
+  show_darkness();
   const unsigned mask = has_studio(look) ? ~0U : 0U;
   ground->setNodeMask(mask);
   background->setNodeMask(mask & kVisible);
@@ -140,6 +142,12 @@ void SceneView::Impl::sync_look(const Frame& frame) {
   viewer.getCamera()->setClearColor(is_still   ? osg::Vec4(0, 0, 0, 0)
                                     : is_plain ? osg::Vec4(b.r, b.g, b.b, 1)
                                                : osg::Vec4(1, 1, 1, 1));
+}
+
+void SceneView::Impl::show_darkness() {
+  const bool is_on = is_dark && has_studio(look);
+  set_uniform(root->getStateSet(), "dark", is_on ? 1.0F : 0.0F);
+  hud->set_dark(is_on);
 }
 
 void SceneView::Impl::apply_time() {
@@ -230,6 +238,10 @@ const OrbitCamera& SceneView::camera() const { return impl_->camera; }
 void SceneView::resize(int width, int height) {
   impl_->camera.set_viewport(width, height);
   impl_->refit_if_untouched();
+}
+
+void SceneView::set_dark(bool on) {
+  if (std::exchange(impl_->is_dark, on) != on) impl_->show_darkness();
 }
 
 void SceneView::fit() {

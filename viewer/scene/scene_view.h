@@ -75,6 +75,8 @@ class SceneView {
   [[nodiscard]] const OrbitCamera& camera() const;
   /// Size of the picture [device px]; refits a fitted view that the user has not moved since.
   void resize(int width, int height);
+  /// Shows the studio with a dark floor and wall, and light texts.
+  void set_dark(bool on);
   /// Fits everything into the picture, keeping the direction.
   void fit();
   /// Selects a named view and fits everything into the picture.

@@ -227,6 +227,7 @@ struct SceneView::Impl {
     return !plane || dot(plane->normal, p - plane->point) <= 0;
   }
   void place_ground();
+  void show_darkness();
   void apply_camera(const Camera& wanted);
   void apply_time();
   void fit();
@@ -243,7 +244,7 @@ struct SceneView::Impl {
   void place_camera(const Pass& pass);
   void prepare();
 
-  bool is_still, has_two_samples;
+  bool is_still, has_two_samples, is_dark = false;
   OrbitCamera camera, fitted;
   std::optional<Camera> frame_camera;
   double frame_zoom = 1;

@@ -12,6 +12,7 @@ uniform vec4 lamp_place[8];   // place, w = 1; or direction towards the lamp, w 
 uniform vec4 lamp_axis[8];    // where a spot shines; w = cosine of half its opening, -2 = all sides
 uniform vec3 lamp_colour[8];
 uniform float surroundings;   // share of the light of the studio's sky and floor
+uniform float dark;           // 1 = a studio with dark floor and wall
 uniform vec3 sky_direction;
 uniform mat4 lamp_map, sky_map;             // world to texture coordinates and depth 0..1
 uniform sampler2DShadow lamp_shadow, sky_shadow;
@@ -53,6 +54,9 @@ vec3 shown(vec3 c) { return encoded(toned(c)); }
 // What lies behind everything: a studio wall, seen along a ray that rises with the sine `rise`.
 vec3 backdrop(float rise) {
   vec3 low = vec3(0.405, 0.418, 0.438), haze = vec3(0.640, 0.668, 0.700), top = vec3(0.400, 0.475, 0.570);
+  low = mix(low, vec3(0.0255, 0.0300, 0.0370), dark);
+  haze = mix(haze, vec3(0.0470, 0.0578, 0.0720), dark);
+  top = mix(top, vec3(0.0185, 0.0225, 0.0290), dark);
   vec3 c = mix(low, haze, smoothstep(-0.42, -0.06, rise));
   return mix(c, top, smoothstep(-0.06, 0.34, rise)) * surroundings;
 }
@@ -259,14 +263,15 @@ void main() {
   vec3 received = (direct + surroundings * sky) / (kOwnLamp * floor_lamp + kSky);
   float far = length(p_world.xy - ground.xy);
   float fade = smoothstep(ground.z, ground.w, far);
-  vec3 c = vec3(0.430, 0.440, 0.456);
+  vec3 c = mix(vec3(0.430, 0.440, 0.456), vec3(0.0273, 0.0319, 0.0395), dark);
   float thin = lines(p_world.xy, grid.x, line_scale) * 0.26 * (1.0 - smoothstep(0.25 * ground.z, 1.6 * ground.z, far));
   float thick = lines(p_world.xy, grid.y, 1.5 * line_scale) * 0.50;
   float cover = max(thin, thick) * grid.z;
-  c = mix(c, vec3(0.155, 0.165, 0.185), cover);
+  c = mix(c, mix(vec3(0.155, 0.165, 0.185), vec3(0.0085, 0.0100, 0.0125), dark), cover);
   vec2 axis = axes(p_world.yx, 2.2 * line_scale) * grid.w;
-  c = mix(c, vec3(0.60, 0.050, 0.060), axis.x * 0.9);
-  c = mix(c, vec3(0.070, 0.36, 0.075), axis.y * 0.9);
+  float dimmed = 1.0 - 0.72 * dark;
+  c = mix(c, vec3(0.60, 0.050, 0.060) * dimmed, axis.x * 0.9);
+  c = mix(c, vec3(0.070, 0.36, 0.075) * dimmed, axis.y * 0.9);
   c = mix(from_below ? c : c * received, backdrop(ray_at(gl_FragCoord.xy / viewport * 2.0 - 1.0).z), fade);
   float alpha = from_below ? 0.6 * max(cover, max(axis.x, axis.y)) * (1.0 - fade) : 1.0;
   gl_FragColor = vec4(shown(c), alpha);

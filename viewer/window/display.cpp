@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include <QCoreApplication>
 #include <QGuiApplication>
 #include <QImage>
 #include <QMouseEvent>
@@ -16,12 +17,14 @@
 #include <QPointer>
 #include <QWheelEvent>
 
+#include "viewer/scene/linear.h"
 #include "viewer/scene/offscreen.h"
 
 namespace robomosp::viewer {
 namespace {
 
 constexpr int kIdleMs = 300;
+constexpr int kFlightMs = 250;
 
 /// Debian's OpenSceneGraph needs the compatibility profile.
 QSurfaceFormat format_with(int samples) {
@@ -178,6 +181,7 @@ class Display::Overlay : public QWidget {
  public:
   explicit Overlay(QWidget* parent) : QWidget(parent) {
     setObjectName("display_overlay");
+    setAccessibleName("Fine picture");
     setAttribute(Qt::WA_TransparentForMouseEvents);
     hide();
   }
@@ -197,11 +201,16 @@ class Display::Overlay : public QWidget {
 };
 
 Display::Display() : overlay_(new Overlay(this)) {
+  flight_.setDuration(kFlightMs);
+  flight_.setStartValue(0.0);
+  flight_.setEndValue(1.0);
+  flight_.setEasingCurve(QEasingCurve::InOutCubic);
   setObjectName("display");
   idle_.setSingleShot(true);
   connect(&idle_, &QTimer::timeout, this, [this] { refine(); });
   setFocusPolicy(Qt::StrongFocus);
   setMinimumSize(320, 240);
+  qApp->installEventFilter(this);
 }
 
 Display::~Display() = default;
@@ -225,6 +234,7 @@ Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
   }
   QWidget* view = display->surface_->widget();
   view->setObjectName("display_surface");
+  view->setAccessibleName("Picture");
   view->setAttribute(Qt::WA_TransparentForMouseEvents);
   return display;
 }
@@ -249,6 +259,7 @@ void Display::set_refining(bool on) {
 
 void Display::prepare_still(OffscreenRenderer& renderer) const {
   const int width = renderer.scene().camera().width(), height = renderer.scene().camera().height();
+  renderer.scene().set_dark(is_dark_);
   renderer.scene().sync(frame_);
   renderer.scene().set_playback(playback_);
   if (time_) renderer.scene().set_time(*time_);
@@ -316,19 +327,59 @@ void Display::select(const std::vector<std::uint64_t>& ids) {
 void Display::look(Camera::View view) {
   scene().look(view);
   changed();
-  if (on_camera) on_camera();
+  camera_moved();
 }
 
 void Display::fit() {
   scene().fit();
   changed();
+  camera_moved();
+}
+
+void Display::camera_moved() {
+  is_touched_ = true;
   if (on_camera) on_camera();
+}
+
+void Display::forget_camera() { scene().forget_camera(); }
+
+void Display::fly_to(const std::vector<std::uint64_t>& ids) {
+  std::vector<Vec3> points;
+  for (const Item& item : frame_.items) {
+    if (!item.mesh || std::find(ids.begin(), ids.end(), item.id) == ids.end()) continue;
+    const auto& p = item.mesh->positions;
+    for (std::size_t i = 0; i + 2 < p.size(); i += 3)
+      points.push_back(
+          transform(item.pose, {static_cast<double>(p[i]), static_cast<double>(p[i + 1]),
+                                static_cast<double>(p[i + 2])}));
+  }
+  if (points.empty()) return fit();
+  OrbitCamera end = camera();
+  end.fit(points, 0.25);
+  const OrbitCamera begin = camera();
+  flight_.stop();
+  flight_.disconnect();
+  connect(&flight_, &QVariantAnimation::valueChanged, this, [this, begin, end](const QVariant& v) {
+    const double t = v.toDouble();
+    const Vec3 target = begin.target() + t * (end.target() - begin.target());
+    const double distance = begin.distance() * std::pow(end.distance() / begin.distance(), t);
+    scene().camera().look_from(target + distance * begin.backward(), target);
+    changed();
+    camera_moved();
+  });
+  flight_.start();
+}
+
+void Display::set_dark(bool on) {
+  is_dark_ = on;
+  scene().set_dark(on);
+  changed();
 }
 
 void Display::set_perspective(bool on) {
   scene().camera().set_perspective(on);
   changed();
-  if (on_camera) on_camera();
+  camera_moved();
 }
 
 const OrbitCamera& Display::camera() const { return scene().camera(); }
@@ -355,7 +406,9 @@ bool Display::uses_window_opengl() const {
 const QString& Display::renderer_name() const { return surface_->renderer; }
 
 void Display::mousePressEvent(QMouseEvent* event) {
+  flight_.stop();
   pressed_ = last_ = event->position();
+  pivot_.reset();
   is_click_ = event->button() == Qt::LeftButton;
 }
 
@@ -363,7 +416,8 @@ void Display::mouseMoveEvent(QMouseEvent* event) {
   const QPointF at = event->position();
   // A hand trembles: less than this is still a click.
   if (is_click_ && (at - pressed_).manhattanLength() < 4) return;
-  is_click_ = false;
+  if (std::exchange(is_click_, false))
+    if (const auto hit = pick(pressed_)) pivot_ = hit->point;
   const QPointF moved = (at - last_) * devicePixelRatioF();
   last_ = at;
   const bool is_left = event->buttons().testFlag(Qt::LeftButton);
@@ -371,12 +425,13 @@ void Display::mouseMoveEvent(QMouseEvent* event) {
                       (is_left && event->modifiers().testFlag(Qt::ShiftModifier));
   OrbitCamera& c = scene().camera();
   if (is_pan) c.pan(moved.x(), moved.y());
+  else if (is_left && pivot_) c.orbit_about(*pivot_, moved.x(), moved.y());
   else if (is_left) c.orbit(moved.x(), moved.y());
   else if (event->buttons().testFlag(Qt::RightButton))
     c.zoom_at(0.5 * c.width(), 0.5 * c.height(), std::exp(-0.006 * moved.y()));
   else return;
   changed();
-  if (on_camera) on_camera();
+  camera_moved();
 }
 
 void Display::mouseReleaseEvent(QMouseEvent* event) {
@@ -389,13 +444,14 @@ void Display::mouseReleaseEvent(QMouseEvent* event) {
 void Display::mouseDoubleClickEvent(QMouseEvent*) { fit(); }
 
 void Display::wheelEvent(QWheelEvent* event) {
+  flight_.stop();
   const double r = devicePixelRatioF();
   const double steps = event->angleDelta().y() / 120.0;
   scene().camera().zoom_at(event->position().x() * r, event->position().y() * r,
                            std::pow(1.15, steps));
   event->accept();
   changed();
-  if (on_camera) on_camera();
+  camera_moved();
 }
 
 void Display::resizeEvent(QResizeEvent*) {
@@ -403,6 +459,20 @@ void Display::resizeEvent(QResizeEvent*) {
   overlay_->setGeometry(rect());
   resize_scene();
   changed();
+}
+
+/// Passes of a still take long: whoever types or moves the mouse anywhere in the window comes first.
+bool Display::eventFilter(QObject*, QEvent* event) {
+  switch (event->type()) {
+    case QEvent::KeyPress:
+    case QEvent::MouseButtonPress:
+    case QEvent::MouseMove:
+    case QEvent::Wheel:
+      if (idle_.isActive()) idle_.start(kIdleMs);
+      break;
+    default: break;
+  }
+  return false;
 }
 
 void Display::resize_scene() {

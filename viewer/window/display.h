@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <QTimer>
+#include <QVariantAnimation>
 #include <QWidget>
 
 #include <robomosp/sdk/result.h>
@@ -33,11 +34,21 @@ class Display : public QWidget {
   void select(const std::vector<std::uint64_t>& ids);
   void look(Camera::View view);
   void fit();
+  /// The next frame is fitted again, even if its camera equals the last one's.
+  void forget_camera();
+  /// Moves the camera to these items, or to all without any, in a quarter of a second.
+  void fly_to(const std::vector<std::uint64_t>& ids);
   void set_perspective(bool on);
+  /// Shows the studio with a dark floor and wall.
+  void set_dark(bool on);
   /// While nothing changes, replaces the picture by a still of best quality. Off by default.
   void set_refining(bool on);
 
   [[nodiscard]] const OrbitCamera& camera() const;
+  /// True once the user moved the camera.
+  [[nodiscard]] bool is_touched() const { return is_touched_; }
+  /// True unless stills are impossible or off.
+  [[nodiscard]] bool can_refine() const { return is_refining_; }
   /// The item at a position of the widget [device-independent px].
   [[nodiscard]] std::optional<Pick> pick(QPointF place) const;
   /// The picture as a still of the best quality; size in pixels.
@@ -61,6 +72,7 @@ class Display : public QWidget {
   void mouseDoubleClickEvent(QMouseEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
+  bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
   class Surface;
@@ -71,6 +83,7 @@ class Display : public QWidget {
   void prepare_still(OffscreenRenderer& renderer) const;
   void refine();
   void changed();
+  void camera_moved();
   void resize_scene();
   [[nodiscard]] SceneView& scene() const;
 
@@ -84,7 +97,9 @@ class Display : public QWidget {
   std::optional<double> time_;
   std::vector<std::uint64_t> selected_;
   QPointF pressed_, last_;
-  bool is_click_ = false;
+  bool is_click_ = false, is_dark_ = false, is_touched_ = false;
+  std::optional<Vec3> pivot_;  ///< that a drag circles [m]; none = the camera's target
+  QVariantAnimation flight_;
 };
 
 }  // namespace robomosp::viewer
