@@ -22,15 +22,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <QMetaObject>
-#include <QObject>
-
 #include "ioci/client/live_view.h"
 #include "ioci/client/opening.h"
 #include "ioci/client/window_program.h"
 #include "kernel/text.h"
-#include "viewer/window/viewer_window.h"
-#include "viewer/window/window.h"
+#include "viewer/desktop/desktop.h"
+#include "viewer/window/check_display.h"
 
 namespace {
 
@@ -52,14 +49,15 @@ int fail(const Error& e) {
 }
 
 struct Options {
-  std::string what = "pa10_circle";
+  std::vector<std::string> what;
   std::vector<std::string> play;  ///< robot, trajectory
   bool still = false;
   std::filesystem::path script;
   std::vector<std::string> arguments;  ///< of the script
-  std::string render, screenshot;
+  std::string render, screenshot, tour;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
+  bool has_size = false, software_view = false;
   std::string ellipsoid;
   std::string view = "isometric", style = "smooth", quality = "normal", section, background;
   bool orthographic = false, fast = false, no_edges = false, hidden = false, com = false,
@@ -82,16 +80,14 @@ const std::map<std::string, viewer::Camera::View> kViews{
 const std::array kStyles{"smooth", "flat", "wireframe", "hidden_line"};
 const std::array kQualities{"draft", "normal", "high"};
 
-/// The main thread as the host of a view: it waits for results before there is a window, and
-/// receives them in Qt's event loop afterwards.
+/// The main thread as the host of a view: it waits for results.
 class Host {
  public:
   /// [any thread]
   void wake() {
     const std::lock_guard lock(mutex_);
     is_woken_ = true;
-    if (post_) post_();
-    else woken_.notify_all();
+    woken_.notify_all();
   }
   /// Delivers until `is_so`.
   void until(ioci::LiveView& view, const std::function<bool()>& is_so) {
@@ -104,12 +100,6 @@ class Host {
       (void)view.deliver();
     }
   }
-  /// From now on wakes are posted by this; null = no longer.
-  void post_by(std::function<void()> post) {
-    const std::lock_guard lock(mutex_);
-    post_ = std::move(post);
-    if (post_ && is_woken_) post_();
-  }
   /// The result of a call.
   Result<Value> result(ioci::LiveView& view, const ioci::Client::Answer& answer) {
     until(view, [&] { return answer.result() != nullptr; });
@@ -119,8 +109,7 @@ class Host {
  private:
   std::mutex mutex_;
   std::condition_variable woken_;
-  bool is_woken_ = false;       // guarded by mutex_
-  std::function<void()> post_;  // guarded by mutex_
+  bool is_woken_ = false;  // guarded by mutex_
 };
 
 void warn_left_out(const std::string& sentence) {
@@ -226,88 +215,52 @@ int render(Host& host, ioci::LiveView& view, const ioci::Opened& opened, const O
   return kOk;
 }
 
-/// Connects the window to the view while it lives.
-class Connection {
- public:
-  Connection(Host& host, ioci::LiveView& view, const ioci::Opened& opened)
-      : host_(host), view_(view), opened_(opened) {}
-  ~Connection() { host_.post_by({}); }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-
-  void open(viewer::ViewerWindow& window, const Options& options) {
-    window_ = &window;
-    if (opened_.recording)
-      window.on_time = [this](double time) { view_.show_recording(*opened_.recording, time); };
-    if (opened_.what.kind == "world" || opened_.what.kind == "robot")
-      window.set_layers([this](const std::string& layer, bool is_shown) {
-        if (const auto shown = view_.show_layer(layer, is_shown); !shown.ok()) fail(shown.error());
-      });
-    for (const char* which : {"velocity", "force"})
-      if (options.ellipsoid == which || options.ellipsoid == "both")
-        window.check_layer(std::string(which) + "_ellipsoids");
-    if (options.at) window.set_time(*options.at);
-    host_.post_by([this] {
-      QMetaObject::invokeMethod(
-          &receiver_, [this] { (void)view_.deliver(); }, Qt::QueuedConnection);
-    });
+viewer::DesktopOptions desktop_options(const Options& options) {
+  viewer::DesktopOptions d;
+  for (const std::string& what : options.what) {
+    ioci::OpenRequest request;
+    if (std::filesystem::path(what).extension() == ".lua") request.script = what;
+    else request.what = what;
+    request.play = options.play;
+    request.simulates = !options.still;
+    d.open.push_back(std::move(request));
   }
-  void show(const ioci::LiveView::Picture& picture) {
-    if (window_) window_->update_scene(picture.scene, picture.only_moved);
+  if (!options.script.empty()) {
+    ioci::OpenRequest request;
+    request.script = options.script;
+    request.arguments = options.arguments;
+    request.simulates = !options.still;
+    d.open.push_back(std::move(request));
   }
-
- private:
-  Host& host_;
-  ioci::LiveView& view_;
-  const ioci::Opened opened_;
-  viewer::ViewerWindow* window_ = nullptr;
-  QObject receiver_;  ///< of posted wakes; it may outlive the QApplication
-};
-
-int run_in_window(Host& host, ioci::LiveView& view, const ioci::Opened& opened, Options options,
-                  std::function<void(const ioci::LiveView::PicturePtr&)>& on_picture) {
-  if (options.at) options.at = time_shown(*options.at, opened);
-  view.show(opened.what);
-  if (opened.recording) view.show_recording(*opened.recording, options.at.value_or(opened.from));
-  if (!options.map.empty()) {
-    auto map = map_of(host, view, opened.what, options);
-    if (!map.ok()) return fail(map.error());
-    const auto shown = host.result(view, view.show_map(std::move(*map)));
-    if (!shown.ok()) return fail(shown.error());
-  }
-  NoProgress progress;
-  const auto settled = view.settle(progress);
-  if (!settled.ok()) return fail(settled.error());
-  const ioci::LiveView::Picture& first = **settled;
-  if (first.frame->failure) return fail(*first.frame->failure);
-  for (const std::string& sentence : first.left_out) warn_left_out(sentence);
-
-  viewer::Frame frame;
-  static_cast<render::Scene&>(frame) = first.scene;
-  frame.camera.view = kViews.at(options.view);
-  frame.camera.perspective = !options.orthographic;
-  frame.camera.zoom = options.zoom;
+  d.plugin_path = options.plugin_path;
+  d.at = options.at;
+  d.camera.view = kViews.at(options.view);
+  d.camera.perspective = !options.orthographic;
+  d.camera.zoom = options.zoom;
   if (options.eye) {
-    frame.camera.view = viewer::Camera::View::custom;
-    frame.camera.eye = options.eye;
-    frame.camera.target = options.target;
+    d.camera.view = viewer::Camera::View::custom;
+    d.camera.eye = options.eye;
+    d.camera.target = options.target;
   }
   const auto style = std::find(kStyles.begin(), kStyles.end(), options.style) - kStyles.begin();
-  frame.style = static_cast<viewer::Style>(style);
-  frame.feature_edges = !options.no_edges;
-  frame.hidden_edges = options.hidden;
-  viewer::Playback timeline;  // of times only: the view moves the scene
-  if (opened.recording && opened.to > opened.from) timeline.times = {opened.from, opened.to};
-  viewer::WindowOptions window;
-  window.title = opened.name + " - ROBOMOSP";
-  window.play = !timeline.times.empty();
-  window.screenshot = options.screenshot;
-  Connection connection(host, view, opened);
-  window.on_open = [&](viewer::ViewerWindow& w) { connection.open(w, options); };
-  on_picture = [&](const ioci::LiveView::PicturePtr& p) { connection.show(*p); };
-  const int status = viewer::run_window(frame, timeline, window);
-  on_picture = {};
-  return status;
+  d.style = static_cast<viewer::Style>(style);
+  d.has_edges = !options.no_edges;
+  d.has_hidden_edges = options.hidden;
+  if (options.com) d.layers.emplace_back("centres_of_mass");
+  if (options.frames) d.layers.emplace_back("frames");
+  for (const char* which : {"velocity", "force"})
+    if (options.ellipsoid == which || options.ellipsoid == "both")
+      d.layers.push_back(std::string(which) + "_ellipsoids");
+  d.explode = options.explode;
+  d.map = options.map;
+  d.map_robot = options.play.empty() ? "" : options.play[0];
+  d.map_cut = options.cut;
+  d.map_opacity = options.map_opacity;
+  d.screenshot = options.screenshot;
+  d.tour = options.tour;
+  if (options.has_size) d.size = options.size;
+  d.software_view = options.software_view;
+  return d;
 }
 
 int run(Options options) {
@@ -332,34 +285,30 @@ int run(Options options) {
   const auto app = ioci::start_window_program(std::move(program));
   if (!app.ok()) return fail(app.error());
 
+  if (has_window) return viewer::run_desktop(**app, desktop_options(options));
+
   Host host;
-  std::function<void(const ioci::LiveView::PicturePtr&)> on_picture;
   ioci::LiveView::Options wanted;
   wanted.name = "desktop";
   wanted.wake = [&host] { host.wake(); };
-  wanted.on_picture = [&on_picture](const ioci::LiveView::PicturePtr& p) {
-    if (on_picture) on_picture(p);
-  };
-  wanted.extras.com = options.com;
-  wanted.extras.frames = options.frames;
-  wanted.extras.explode = options.explode;
   wanted.plugin_path = options.plugin_path;
   const auto view = ioci::LiveView::open(**app, std::move(wanted));
   if (!view.ok()) return fail(view.error());
 
   ioci::OpenRequest request;
-  request.what = options.what;
+  request.what = options.what.empty() ? "pa10_circle" : options.what.front();
   request.script = options.script;
   request.arguments = options.arguments;
   request.play = options.play;
-  request.simulates = !options.still && (has_window || options.at || !options.play.empty());
+  if (std::filesystem::path(request.what).extension() == ".lua")
+    request.script = std::exchange(request.what, {});
+  request.simulates = !options.still && (options.at || !options.play.empty());
   std::optional<Result<ioci::Opened>> opened;
   (void)(*view)->open_record(std::move(request),
                              [&](const Result<ioci::Opened>& r) { opened.emplace(r); });
   host.until(**view, [&] { return opened.has_value(); });
   if (!opened->ok()) return fail(opened->error());
-  return has_window ? run_in_window(host, **view, **opened, std::move(options), on_picture)
-                    : render(host, **view, **opened, options);
+  return render(host, **view, **opened, options);
 }
 
 /// The options that CLI11 would explain badly, as they were typed.
@@ -430,6 +379,7 @@ Result<Vec3> read_point(const std::string& option, const std::vector<std::string
 Result<void> read_words(const CLI::App& cli, const Words& words, Options& options) {
   if (cli.count("--size") > 0) {
     RMP_TRY_ASSIGN(options.size, read_size(words.size));
+    options.has_size = true;
   }
   if (cli.count("--at") > 0) {
     RMP_TRY_ASSIGN(options.at, read_at(words.at));
@@ -475,11 +425,12 @@ int main(int argc, char** argv) {
   Options options;
   Words words;
   ::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of whoever writes it
-  CLI::App cli("Shows a world, robot, object or solid; without --render in a window.",
+  CLI::App cli("The desktop of ROBOMOSP; with --render it draws a picture without a window.",
                "robomosp-desktop");
   cli.set_version_flag("--version", "robomosp-desktop " RMP_SDK_VERSION);
   cli.add_option("what", options.what,
-                 "a native file, or a name of the library (default: pa10_circle)");
+                 "native files, names of the library, or a Lua script (default: the start page, "
+                 "and pa10_circle with --render)");
   cli.add_option("--play", options.play,
                  "simulate this robot on this trajectory (default: the first of each)")
       ->expected(2)
@@ -500,6 +451,11 @@ int main(int argc, char** argv) {
   cli.add_option("--screenshot", options.screenshot,
                  "photograph the window to this PNG file after a second and end")
       ->type_name("FILE");
+  cli.add_option("--tour", options.tour,
+                 "photograph every room into this folder, dark and light, and end")
+      ->type_name("FOLDER");
+  cli.add_flag("--software-view", options.software_view,
+               "draw through EGL even where the window could use OpenGL");
   cli.add_option("--at", words.at, "time of the picture [s], 0 or more")->type_name("TIME");
   cli.add_option("--size", words.size,
                  "width and height of the picture [px], 16..8192 each; also WxH or W,H "

@@ -19,6 +19,7 @@ inline constexpr IconPath kIconPaths[] = {
     {"box", "M3 5l5-2.5L13 5v6l-5 2.5L3 11zM3 5l5 2.5L13 5M8 7.5v6", false},
     {"camera", "M2 5h3l1.2-1.8h3.6L11 5h3v8H2zM8 6.5a2.3 2.3 0 110 4.6 2.3 2.3 0 010-4.6z", false},
     {"chevron_down", "M4 6l4 4 4-4", false},
+    {"chevron_left", "M10 4L6 8l4 4", false},
     {"chevron_right", "M6 4l4 4-4 4", false},
     {"close", "M4.5 4.5l7 7M11.5 4.5l-7 7", false},
     {"console", "M2 3h12v10H2zM4.5 6l2 2-2 2M8.5 10.5h3", false},

@@ -111,6 +111,11 @@ QPalette palette_of(const Theme& t) {
   return p;
 }
 
+int& revision() {
+  static int count = 0;
+  return count;
+}
+
 Theme& current() {
   static Theme instance = make_theme(true);
   return instance;
@@ -147,8 +152,11 @@ Theme make_theme(bool is_dark, double zoom) {
 
 const Theme& theme() { return current(); }
 
+int theme_revision() { return revision(); }
+
 void set_theme(QApplication& application, const Theme& wanted) {
   current() = wanted;
+  ++revision();
   if (application.style()->objectName().compare("fusion", Qt::CaseInsensitive) != 0)
     application.setStyle(QStyleFactory::create("Fusion"));
   QApplication::setFont(wanted.ui);

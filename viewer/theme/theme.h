@@ -83,6 +83,10 @@ struct Theme {
 /// [GUI thread]
 [[nodiscard]] const Theme& theme();
 
+/// Counts up with set_theme(). Widgets that keep lengths, fonts or colours compare it in
+/// changeEvent(), whatever the event. [GUI thread]
+[[nodiscard]] int theme_revision();
+
 /// Makes it current and applies style, palette, font and style sheet. [GUI thread]
 void set_theme(QApplication& application, const Theme& wanted);
 

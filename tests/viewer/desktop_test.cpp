@@ -1,0 +1,799 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Drives the window of the desktop with mouse and keys, under Xvfb and on Qt's platform without a
+// display: what the user does becomes a command, and every panel shows it.
+#include "viewer/desktop/main_window.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <QAbstractButton>
+#include <QApplication>
+#include <QDockWidget>
+#include <QElapsedTimer>
+#include <QLabel>
+#include <QLineEdit>
+#include <QMenuBar>
+#include <QPlainTextEdit>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QTabBar>
+#include <QTabWidget>
+#include <QTemporaryDir>
+#include <QTest>
+#include <QTreeView>
+
+#include <gtest/gtest.h>
+
+#include "ioci/client/window_host.h"
+#include "ioci/client/window_program.h"
+#include "viewer/desktop/automation.h"
+#include "viewer/desktop/console.h"
+#include "viewer/desktop/jobs.h"
+#include "viewer/desktop/messages.h"
+#include "viewer/desktop/navigator.h"
+#include "viewer/desktop/timeline.h"
+#include "viewer/desktop/values.h"
+#include "viewer/scene/linear.h"
+#include "viewer/theme/icons.h"
+#include "viewer/theme/theme.h"
+
+namespace robomosp::viewer {
+namespace {
+
+constexpr int kPatienceMs = 60000;
+
+/// A session beside the window's, on its own thread, as a remote client has.
+class Beside {
+ public:
+  explicit Beside(ioci::Application& app) : app_(app), session_("beside") {}
+  Result<Value> call(const std::string& command, const Map& args) {
+    return app_.dispatch(session_, command, args);
+  }
+
+ private:
+  ioci::Application& app_;
+  ioci::Session session_;
+};
+
+class DesktopTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    ioci::WindowProgramOptions options;
+    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
+    options.library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
+    options.keeps_unsaved = false;
+    auto made = ioci::start_window_program(std::move(options));
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    holder() = std::move(*made);
+  }
+  static void TearDownTestSuite() { holder().reset(); }
+  static ioci::Application& app() { return *holder(); }
+
+  void SetUp() override {
+    app().document.clear();
+    auto desk = Desk::open(app(), {});
+    ASSERT_TRUE(desk.ok()) << desk.error().sentence();
+    desk_ = std::move(*desk);
+    show_window();
+  }
+  void show_window() {
+    window_ = std::make_unique<MainWindow>(
+        *desk_, MainWindow::Options{folder_.filePath("desktop.ini"), false});
+    window_->resize(1200, 800);
+    window_->show();
+    QApplication::setActiveWindow(window_.get());
+    settle();
+  }
+  void TearDown() override {
+    if (window_) window_->close_now();
+    window_.reset();
+    desk_.reset();
+  }
+  bool until(const std::function<bool()>& is_so) { return QTest::qWaitFor(is_so, kPatienceMs); }
+  void settle() {
+    int settled = 0;
+    EXPECT_TRUE(until([&] {
+      settled = window_->is_settled() ? settled + 1 : 0;
+      return settled > 3;
+    })) << "the window does not come to rest";
+  }
+  /// The result of a command in the window's session.
+  Value called(const std::string& command, Map args) {
+    const auto answer = desk_->ask(command, std::move(args), {});
+    EXPECT_TRUE(until([&] { return answer.result() != nullptr; })) << command;
+    const Result<Value>* r = answer.result();
+    EXPECT_TRUE(r && r->ok()) << command << ": " << (r && !r->ok() ? r->error().sentence() : "");
+    return r && r->ok() ? **r : Value();
+  }
+  Handle made(const std::string& command, Map args) {
+    const Value v = called(command, std::move(args));
+    EXPECT_NE(v.as_handle(), nullptr) << command;
+    return v.as_handle() ? *v.as_handle() : Handle{};
+  }
+  /// A world with two boxes, shown in a tab.
+  Handle shown_world() {
+    const Handle box = made(
+        "solid.create",
+        {{"name", "block"}, {"root", Map{{"kind", "box"}, {"x", 0.2}, {"y", 0.2}, {"z", 0.2}}}});
+    const Handle world = made("world.create", {{"name", "cell"}});
+    called("world.add_object", {{"id", world}, {"what", box}, {"name", "left"}});
+    called("world.add_object", {{"id", world},
+                                {"what", box},
+                                {"name", "right"},
+                                {"placement", Map{{"position", List{0.6, 0.0, 0.0}}}}});
+    EXPECT_NE(window_->open_view(world, "cell"), nullptr);
+    settle();
+    return world;
+  }
+  template <class W = QWidget>
+  W* widget(const char* name) {
+    W* found = window_->findChild<W*>(name);
+    EXPECT_NE(found, nullptr) << name;
+    return found;
+  }
+  QAction* action(const char* name) {
+    QAction* found = window_->actions().find(name);
+    EXPECT_NE(found, nullptr) << name;
+    return found;
+  }
+  void key(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+    QTest::keyClick(window_.get(), key, modifiers);
+  }
+  QTreeView& tree() { return window_->navigator().tree(); }
+  /// The row of the tree with these names, from the top; loads what is closed.
+  QModelIndex row(const std::vector<QString>& names) {
+    QModelIndex at;
+    for (const QString& name : names) {
+      if (at.isValid()) tree().expand(at);
+      QModelIndex found;
+      until([&] {
+        const QAbstractItemModel* m = tree().model();
+        if (m->canFetchMore(at)) const_cast<QAbstractItemModel*>(m)->fetchMore(at);
+        for (int i = 0; i < m->rowCount(at) && !found.isValid(); ++i)
+          if (m->index(i, 0, at).data().toString() == name) found = m->index(i, 0, at);
+        return found.isValid();
+      });
+      EXPECT_TRUE(found.isValid()) << name.toStdString();
+      if (!found.isValid()) return {};
+      at = found;
+    }
+    return at;
+  }
+  QPoint place_of(ViewTab& view, const Vec3& p) {
+    const auto pixel = *view.display().camera().project(p);
+    const double r = view.devicePixelRatioF();
+    return {static_cast<int>(pixel[0] / r), static_cast<int>(pixel[1] / r)};
+  }
+  void type_in_console(const QString& text) {
+    QTest::keyClicks(&window_->console().input(), text);
+    QTest::keyClick(&window_->console().input(), Qt::Key_Return);
+  }
+
+  static std::unique_ptr<ioci::Application>& holder() {
+    static std::unique_ptr<ioci::Application> app;
+    return app;
+  }
+  QTemporaryDir folder_;
+  std::unique_ptr<Desk> desk_;
+  std::unique_ptr<MainWindow> window_;
+};
+
+// --- frame -----------------------------------------------------------------------------------
+
+TEST_F(DesktopTest, TheFourWorkspacesKeepTheirOwnLayouts) {
+  key(Qt::Key_1, Qt::ControlModifier);
+  EXPECT_EQ(window_->workspace(), Workspace::model);
+  EXPECT_FALSE(widget<QDockWidget>("timeline_dock")->isVisible());
+  key(Qt::Key_3, Qt::ControlModifier);
+  EXPECT_EQ(window_->workspace(), Workspace::motion);
+  EXPECT_TRUE(widget<QDockWidget>("timeline_dock")->isVisible());
+  widget<QDockWidget>("navigator_dock")->hide();
+  key(Qt::Key_4, Qt::ControlModifier);
+  EXPECT_TRUE(widget<QDockWidget>("navigator_dock")->isVisible());
+  key(Qt::Key_3, Qt::ControlModifier);
+  EXPECT_FALSE(widget<QDockWidget>("navigator_dock")->isVisible());
+  action("view_reset_layout")->trigger();
+  EXPECT_TRUE(widget<QDockWidget>("navigator_dock")->isVisible());
+}
+
+TEST_F(DesktopTest, TheLayoutIsThereAgainAfterTheNextStart) {
+  key(Qt::Key_2, Qt::ControlModifier);
+  widget<QDockWidget>("navigator_dock")->hide();
+  window_->close();
+  ASSERT_TRUE(until([&] { return !window_->isVisible(); }));
+  window_.reset();
+  show_window();
+  EXPECT_EQ(window_->workspace(), Workspace::robot);
+  EXPECT_FALSE(widget<QDockWidget>("navigator_dock")->isVisible());
+}
+
+TEST_F(DesktopTest, ThemeAndZoomChangeAllAndAreKept) {
+  const int row_before = theme().row;
+  key(Qt::Key_Equal, Qt::ControlModifier);
+  EXPECT_GT(theme().row, row_before);
+  key(Qt::Key_0, Qt::ControlModifier);
+  EXPECT_EQ(theme().row, row_before);
+  const bool was_dark = theme().is_dark;
+  QTest::mouseClick(widget("status_theme"), Qt::LeftButton);
+  EXPECT_NE(theme().is_dark, was_dark);
+  EXPECT_EQ(Settings(folder_.filePath("desktop.ini")).is_dark(), !was_dark);
+  EXPECT_TRUE(window_->console().text().contains("window.set{theme = "));
+  QTest::mouseClick(widget("status_theme"), Qt::LeftButton);
+}
+
+TEST_F(DesktopTest, EveryWidgetHasNamesAndEveryActionItsCommandInTheToolTip) {
+  shown_world();
+  std::set<QString> actions;
+  for (const QAction* a : window_->actions().all()) {
+    EXPECT_FALSE(a->objectName().isEmpty());
+    EXPECT_TRUE(actions.insert(a->objectName()).second) << a->objectName().toStdString();
+    EXPECT_FALSE(a->toolTip().isEmpty()) << a->objectName().toStdString();
+    if (const QString command = command_of(*a); !command.isEmpty()) {
+      EXPECT_TRUE(a->toolTip().contains(command)) << a->objectName().toStdString();
+    }
+  }
+  // Of ours: what Qt makes for itself begins with qt_ or is a part of a widget of ours.
+  static const std::set<QString> kOfQt{"QScrollBar",
+                                       "QTabBar",
+                                       "QWidget",
+                                       "QToolButton",
+                                       "QStackedWidget",
+                                       "QAbstractButton",
+                                       "QSizeGrip",
+                                       "QHeaderView",
+                                       "QRubberBand",
+                                       "QMenu",
+                                       "QFrame",
+                                       "QComboBoxPrivateContainer",
+                                       "QComboBoxListView",
+                                       "QToolBarExtension",
+                                       "QToolBarSeparator",
+                                       "QTableCornerButton",
+                                       "QLineEditIconButton",
+                                       "QComboBoxPrivateScroller",
+                                       "QDockWidgetTitleButton"};
+  for (const QWidget* w : window_->findChildren<QWidget*>()) {
+    const QString type = w->metaObject()->className();
+    const bool is_qt = w->objectName().isEmpty() || w->objectName().startsWith("qt_");
+    if (is_qt) {
+      const bool has_owner = kOfQt.contains(type) || type.contains("Completer");
+      EXPECT_TRUE(has_owner) << type.toStdString() << " in "
+                             << w->parentWidget()->objectName().toStdString();
+      continue;
+    }
+    if (qobject_cast<const QMenu*>(w) || w->objectName() == "ScrollLeftButton" ||
+        w->objectName() == "ScrollRightButton" || w->objectName() == "ExtensionButton")
+      continue;
+    EXPECT_FALSE(w->accessibleName().isEmpty())
+        << type.toStdString() << " " << w->objectName().toStdString();
+    if (qobject_cast<const QAbstractButton*>(w) || qobject_cast<const QLineEdit*>(w)) {
+      EXPECT_FALSE(w->toolTip().isEmpty()) << w->objectName().toStdString();
+    }
+  }
+}
+
+TEST_F(DesktopTest, ShortcutsAreUnique) {
+  std::map<QString, QString> by_keys;
+  for (const QAction* a : window_->actions().all()) {
+    const QString keys = a->shortcut().toString();
+    if (keys.isEmpty()) continue;
+    const auto [at, is_new] = by_keys.emplace(keys, a->objectName());
+    EXPECT_TRUE(is_new) << keys.toStdString() << ": " << at->second.toStdString() << " and "
+                        << a->objectName().toStdString();
+  }
+}
+
+TEST(Icons, AllAreDrawnAndTheMenusUseNoOther) {
+  for (const std::string_view name : icon_names()) {
+    const QImage image = icon_pixmap(name, Qt::white, 16, 2).toImage();
+    int painted = 0;
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) painted += qAlpha(image.pixel(x, y)) > 40;
+    EXPECT_GT(painted, 8) << name;
+    EXPECT_LT(painted, 700) << name;
+    EXPECT_FALSE(icon(name).isNull()) << name;
+  }
+  EXPECT_TRUE(icon("no such icon").isNull());
+}
+
+// --- one client ------------------------------------------------------------------------------
+
+TEST_F(DesktopTest, AnActIsACommandAndTheConsoleShowsItsLine) {
+  action("new_world")->trigger();
+  ASSERT_TRUE(
+      until([&] { return app().document.now()->find(Kind::world, "new_world").has_value(); }));
+  ASSERT_TRUE(until([&] { return window_->console().text().contains("world.create{"); }));
+  ASSERT_TRUE(until([&] { return widget<QLabel>("status_undo")->text().startsWith("Undo: "); }));
+  key(Qt::Key_Z, Qt::ControlModifier);
+  EXPECT_TRUE(
+      until([&] { return !app().document.now()->find(Kind::world, "new_world").has_value(); }));
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("document.undo()"); }));
+  ASSERT_TRUE(until([&] { return action("redo")->isEnabled(); }));
+  key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  EXPECT_TRUE(
+      until([&] { return app().document.now()->find(Kind::world, "new_world").has_value(); }));
+}
+
+TEST_F(DesktopTest, TheConsoleEvaluatesLuaOfTheSession) {
+  window_->show_panel("console");
+  type_in_console("1 + 41");
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("\n42"); }));
+  type_in_console("print('out')");
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("\nout"); }));
+  type_in_console("nonsense.at.all()");
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("nonsense"); }));
+  type_in_console("m = material.create{name = 'tin', density = 7000}");
+  EXPECT_TRUE(until([&] { return app().document.now()->find(Kind::material, "tin").has_value(); }));
+  settle();
+  // What was typed is not repeated as an act of the window.
+  EXPECT_EQ(window_->console().text().count("material.create{"), 1);
+}
+
+TEST_F(DesktopTest, AnUnfinishedStatementGoesOnInTheNextLine) {
+  window_->show_panel("console");
+  ConsoleInput& input = window_->console().input();
+  QTest::keyClicks(&input, "for i = 1, 2 do");
+  QTest::keyClick(&input, Qt::Key_Return);
+  ASSERT_TRUE(until([&] { return input.toPlainText().contains('\n'); }));
+  QTest::keyClicks(&input, "print('row ' .. i) end");
+  QTest::keyClick(&input, Qt::Key_Return);
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("\nrow 2"); }));
+}
+
+TEST_F(DesktopTest, TabCompletesAndTheHistoryIsSearched) {
+  window_->show_panel("console");
+  ConsoleInput& input = window_->console().input();
+  QTest::keyClicks(&input, "material.cre");
+  QTest::keyClick(&input, Qt::Key_Tab);
+  EXPECT_TRUE(until([&] { return input.toPlainText().startsWith("material.create"); }))
+      << input.toPlainText().toStdString();
+  input.clear();
+  type_in_console("40 + 2");
+  ASSERT_TRUE(until([&] { return window_->console().text().contains("\n42"); }));
+  type_in_console("'other'");
+  ASSERT_TRUE(until([&] {
+    return window_->console().text().contains("other\n") ||
+           window_->console().text().count("other") > 1;
+  }));
+  QTest::keyClick(&input, Qt::Key_Up);
+  EXPECT_EQ(input.toPlainText(), "'other'");
+  QTest::keyClick(&input, Qt::Key_Up);
+  EXPECT_EQ(input.toPlainText(), "40 + 2");
+  QTest::keyClick(&input, Qt::Key_Down);
+  QTest::keyClick(&input, Qt::Key_Down);
+  EXPECT_EQ(input.toPlainText(), "");
+  QTest::keyClick(&input, Qt::Key_R, Qt::ControlModifier);
+  auto* search = widget<QLineEdit>("console_search");
+  QTest::keyClicks(search, "40");
+  EXPECT_EQ(widget<QLabel>("console_found")->text(), "40 + 2");
+  QTest::keyClick(search, Qt::Key_Return);
+  EXPECT_EQ(input.toPlainText(), "40 + 2");
+}
+
+TEST_F(DesktopTest, AMacroHasTheLinesOfActsAndOfTheConsole) {
+  action("macro_record")->trigger();
+  action("new_world")->trigger();
+  ASSERT_TRUE(until([&] { return window_->console().macro().contains("world.create{"); }));
+  settle();
+  type_in_console("material.create{name = 'tin', density = 7000}");
+  ASSERT_TRUE(until([&] { return window_->console().macro().contains("'tin'"); }));
+  action("macro_record")->trigger();
+  const QString macro = window_->console().macro();
+  // It runs as a script, in a document without what it made.
+  app().document.clear();
+  settle();
+  const QString file = folder_.filePath("macro.lua");
+  called("file.write", {{"file", utf8(file)}, {"base64", macro.toUtf8().toBase64().toStdString()}});
+  window_->console().run("dofile('" + file + "')");
+  EXPECT_TRUE(until([&] {
+    return app().document.now()->find(Kind::world, "new_world").has_value() &&
+           app().document.now()->find(Kind::material, "tin").has_value();
+  })) << macro.toStdString();
+}
+
+TEST_F(DesktopTest, AFailureIsASentenceInMessagesAndNoDialog) {
+  desk_->act("material.create", {{"name", "air"}, {"density", -1.0}});
+  ASSERT_TRUE(until([&] { return window_->messages().model().rowCount({}) > 0; }));
+  const auto& model = window_->messages().model();
+  const QModelIndex last = model.index(model.rowCount({}) - 1);
+  EXPECT_TRUE(last.data().toString().contains("density")) << last.data().toString().toStdString();
+  EXPECT_EQ(last.data(MessageModel::kSeverity).toInt(), static_cast<int>(Severity::error));
+  EXPECT_EQ(QApplication::activeModalWidget(), nullptr);
+}
+
+TEST_F(DesktopTest, AJobShowsItsProgressAndIsCancelled) {
+  const Handle arm =
+      made("robot.create",
+           {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}, Map{{"a", 0.2}}}}});
+  bool has_ended = false;
+  desk_->start("robot.workspace", {{"id", arm}, {"samples", 10000000}, {"collisions", true}},
+               [&](const Result<Value>& r) {
+                 has_ended = true;
+                 ASSERT_FALSE(r.ok());
+                 EXPECT_EQ(r.error().code, ErrorCode::cancelled) << r.error().sentence();
+               });
+  ASSERT_TRUE(until([&] { return widget<QLabel>("status_job")->isVisible() || has_ended; }));
+  ASSERT_FALSE(has_ended);
+  QTest::mouseClick(widget("status_cancel"), Qt::LeftButton);
+  EXPECT_TRUE(until([&] { return has_ended; }));
+  EXPECT_TRUE(until([&] { return !widget<QLabel>("status_job")->isVisible(); }));
+}
+
+// --- navigator -------------------------------------------------------------------------------
+
+TEST_F(DesktopTest, TheNavigatorShowsAllKindsWithTheirParts) {
+  shown_world();
+  made("robot.create",
+       {{"name", "arm"},
+        {"links", List{Map{{"name", "upper"}, {"a", 0.3}}, Map{{"name", "fore"}, {"a", 0.2}}}}});
+  EXPECT_TRUE(row({"cell", "Objects", "left"}).isValid());
+  EXPECT_TRUE(row({"Robots", "arm", "upper"}).isValid());
+  EXPECT_TRUE(row({"Library", "Robots", "puma560"}).isValid());
+}
+
+TEST_F(DesktopTest, TheNavigatorFollowsTheDocumentAndOtherSessions) {
+  const Handle world = shown_world();
+  row({"cell", "Objects", "left"});
+  Beside other(app());
+  std::thread thread([&] {
+    EXPECT_TRUE(other.call("world.rename", {{"id", world}, {"name", "hall"}}).ok());
+    EXPECT_TRUE(other.call("world.remove_member", {{"id", world}, {"member", "left"}}).ok());
+  });
+  thread.join();
+  EXPECT_TRUE(row({"hall", "Objects", "right"}).isValid());
+  EXPECT_TRUE(until([&] {
+    const QModelIndex objects = row({"hall", "Objects"});
+    return tree().model()->rowCount(objects) == 1;
+  }));
+  // The tab has the new name, too.
+  EXPECT_TRUE(until([&] {
+    const auto* tabs = window_->findChild<QTabWidget*>("tabs");
+    return tabs->tabText(tabs->currentIndex()) == "hall";
+  }));
+}
+
+TEST_F(DesktopTest, ARowIsRenamedInPlace) {
+  shown_world();
+  const QModelIndex left = row({"cell", "Objects", "left"});
+  tree().setFocus();
+  tree().setCurrentIndex(left);
+  key(Qt::Key_F2);
+  auto* editor = window_->findChild<QLineEdit*>("navigator_rename");
+  ASSERT_NE(editor, nullptr);
+  editor->selectAll();
+  QTest::keyClicks(editor, "west");
+  QTest::keyClick(editor, Qt::Key_Return);
+  EXPECT_TRUE(row({"cell", "Objects", "west"}).isValid());
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("west"); }));
+}
+
+TEST_F(DesktopTest, UnsavedAndFaultyRecordsAreMarked) {
+  const Handle program = made("program.create", {{"name", "weld"},
+                                                 {"source",
+                                                  "PROGRAM weld; BEGIN x := 1; "
+                                                  "ENDPROGRAM;"}});
+  const QModelIndex at = row({"Programs", "weld"});
+  EXPECT_TRUE(until([&] { return at.data(NavigatorModel::kIsUnsaved).toBool(); }));
+  EXPECT_TRUE(until([&] { return !at.data(NavigatorModel::kFault).toString().isEmpty(); }));
+  called(
+      "program.set_file",
+      {{"id", program}, {"name", "weld.irl"}, {"text", "PROGRAM weld; BEGIN HALT; ENDPROGRAM;"}});
+  EXPECT_TRUE(until([&] { return at.data(NavigatorModel::kFault).toString().isEmpty(); }));
+}
+
+TEST_F(DesktopTest, SearchKeepsRowsWithAllWordsAndKinds) {
+  shown_world();
+  made("material.create", {{"name", "left_over"}, {"density", 7000.0}});
+  settle();
+  key(Qt::Key_F, Qt::ControlModifier);
+  auto* search = widget<QLineEdit>("navigator_search");
+  EXPECT_TRUE(search->hasFocus());
+  QTest::keyClicks(search, "left kind:material");
+  QTest::keyClick(search, Qt::Key_Return);
+  settle();
+  const QAbstractItemModel* m = tree().model();
+  ASSERT_TRUE(until([&] { return m->rowCount() == 1; }));
+  EXPECT_EQ(m->index(0, 0).data().toString(), "Materials");
+  EXPECT_EQ(m->index(0, 0, m->index(0, 0)).data().toString(), "left_over");
+}
+
+TEST_F(DesktopTest, TenThousandRowsAreLoadedInPages) {
+  const Handle box =
+      made("solid.create",
+           {{"name", "block"}, {"root", Map{{"kind", "box"}, {"x", 0.1}, {"y", 0.1}, {"z", 0.1}}}});
+  const Handle world = made("world.create", {{"name", "stock"}});
+  List objects;
+  for (int i = 0; i < 10000; ++i)
+    objects.emplace_back(Map{{"what", box}, {"name", "b" + std::to_string(i)}});
+  called("world.add_objects", {{"id", world}, {"objects", std::move(objects)}});
+  const QModelIndex group = row({"stock", "Objects"});
+  EXPECT_EQ(group.data(NavigatorModel::kDetail).toString(), "10000");
+  tree().expand(group);
+  ASSERT_TRUE(until([&] { return tree().model()->rowCount(group) > 0; }));
+  EXPECT_LT(tree().model()->rowCount(group), 10000);
+  QElapsedTimer longest;
+  qint64 worst = 0;
+  while (tree().model()->canFetchMore(group) || tree().model()->rowCount(group) < 10000) {
+    longest.start();
+    if (tree().model()->canFetchMore(group)) tree().model()->fetchMore(group);
+    QApplication::processEvents();
+    worst = std::max(worst, longest.elapsed());
+    if (HasFailure()) return;
+  }
+  EXPECT_EQ(tree().model()->rowCount(group), 10000);
+  RecordProperty("longest_stall_ms", static_cast<int>(worst));
+  EXPECT_LT(worst, 1000);
+}
+
+TEST_F(DesktopTest, DeletingWhatIsUsedIsRefusedWithWhoUsesIt) {
+  shown_world();
+  desk_->select({{*called("solid.get", {{"name", "block"}}).as_handle(), {}}});
+  settle();
+  action("delete")->trigger();
+  ASSERT_TRUE(until([&] { return window_->messages().model().rowCount({}) > 0; }));
+  const auto& model = window_->messages().model();
+  EXPECT_TRUE(model.index(model.rowCount({}) - 1).data().toString().contains("cell"));
+  EXPECT_TRUE(app().document.now()->find(Kind::solid, "block").has_value());
+}
+
+// --- display ---------------------------------------------------------------------------------
+
+TEST_F(DesktopTest, AClickInThePictureSelectsTheRowAndARowHighlightsTheItem) {
+  const Handle world = shown_world();
+  ViewTab* view = window_->current_view();
+  QTest::mouseClick(&view->display(), Qt::LeftButton, {}, place_of(*view, {0.6, -0.1, 0.1}));
+  const Selection right{{world, "objects.right"}};
+  ASSERT_EQ(desk_->selection(), right);
+  settle();
+  EXPECT_TRUE(until([&] {
+    const auto rows = tree().selectionModel()->selectedIndexes();
+    return rows.size() == 1 && rows.front().data().toString() == "right";
+  }));
+  EXPECT_TRUE(widget<QLabel>("status_selection")->text().contains("x 600.0"))
+      << widget<QLabel>("status_selection")->text().toStdString();
+  const QImage with_right = view->display().shown();
+  tree().setCurrentIndex(row({"cell", "Objects", "left"}));
+  EXPECT_EQ(desk_->selection(), (Selection{{world, "objects.left"}}));
+  settle();
+  EXPECT_NE(view->display().shown(), with_right);
+  // A click beside all clears.
+  QTest::mouseClick(&view->display(), Qt::LeftButton, {}, QPoint(6, 6));
+  EXPECT_TRUE(desk_->selection().empty());
+}
+
+TEST_F(DesktopTest, ADragCirclesThePointUnderTheCursor) {
+  shown_world();
+  ViewTab* view = window_->current_view();
+  const Vec3 point{0.6, -0.1, 0.1};
+  const QPoint at = place_of(*view, point);
+  const Vec3 eye = view->display().camera().eye();
+  QTest::mousePress(&view->display(), Qt::LeftButton, {}, at);
+  for (int i = 1; i <= 8; ++i) {
+    const QPoint to = at + QPoint(10 * i, -4 * i);
+    QMouseEvent move(QEvent::MouseMove, to, view->display().mapToGlobal(to), Qt::NoButton,
+                     Qt::LeftButton, {});
+    QApplication::sendEvent(&view->display(), &move);
+  }
+  QTest::mouseRelease(&view->display(), Qt::LeftButton, {}, at + QPoint(80, -32));
+  EXPECT_GT(norm(view->display().camera().eye() - eye), 0.05);
+  const QPoint now = place_of(*view, point);
+  EXPECT_LE((now - at).manhattanLength(), 4);
+}
+
+TEST_F(DesktopTest, FlyingToTheSelectionBringsItIntoTheMiddle) {
+  const Handle world = shown_world();
+  ViewTab* view = window_->current_view();
+  desk_->select({{world, "objects.right"}});
+  action("fly_to_selection")->trigger();
+  EXPECT_TRUE(until([&] {
+    return norm(view->display().camera().target() - Vec3{0.6, 0, 0.1}) < 0.15;
+  }));
+}
+
+TEST_F(DesktopTest, KeysAndMenusChooseViewStyleSectionAndLayers) {
+  shown_world();
+  ViewTab* view = window_->current_view();
+  view->setFocus();
+  key(Qt::Key_6);
+  EXPECT_NEAR(view->display().camera().backward()[2], 1, 1e-9);
+  key(Qt::Key_P);
+  EXPECT_FALSE(view->display().camera().perspective());
+  key(Qt::Key_P);
+  settle();
+  std::set<std::string> pictures;
+  action("style_flat")->trigger();
+  EXPECT_EQ(view->look().style, Style::flat);
+  // Of boxes, flat looks as smooth does.
+  for (const char* style : {"style_smooth", "style_wireframe", "style_hidden_line"}) {
+    action(style)->trigger();
+    settle();
+    const QImage image = view->display().shown();
+    EXPECT_TRUE(action(style)->isChecked());
+    EXPECT_TRUE(pictures
+                    .insert(std::string(reinterpret_cast<const char*>(image.constBits()),
+                                        static_cast<std::size_t>(image.sizeInBytes())))
+                    .second)
+        << style;
+  }
+  action("style_smooth")->trigger();
+  action("section_x")->trigger();
+  settle();
+  EXPECT_EQ(view->look().section_axis, 0);
+  const double share = view->look().section_share;
+  action("section_forward")->trigger();
+  EXPECT_GT(view->look().section_share, share);
+  action("section_none")->trigger();
+  settle();
+  const QImage without = view->display().shown();
+  action("layer_frames")->trigger();
+  settle();
+  EXPECT_NE(view->display().shown(), without);
+}
+
+TEST_F(DesktopTest, AtRestNothingIsDrawn) {
+  shown_world();
+  ViewTab* view = window_->current_view();
+  const int drawn = view->display().pictures_drawn();
+  QTest::qWait(400);
+  EXPECT_EQ(view->display().pictures_drawn(), drawn);
+}
+
+TEST_F(DesktopTest, ARecordingPlaysAndIsScrubbed) {
+  ioci::OpenRequest request;
+  request.what = "pa10_circle";
+  window_->open(std::move(request), true);
+  ASSERT_TRUE(until(
+      [&] { return window_->current_view() && window_->current_view()->player().is_playing(); }));
+  Player& player = window_->current_view()->player();
+  ASSERT_TRUE(until([&] { return player.time() > player.from(); }));
+  key(Qt::Key_Space);
+  EXPECT_FALSE(player.is_playing());
+  settle();
+  TimeRuler& ruler = window_->timeline().ruler();
+  const double middle = 0.5 * (player.from() + player.to());
+  QTest::mouseClick(&ruler, Qt::LeftButton, {},
+                    QPoint(static_cast<int>(ruler.x_of(middle)), ruler.height() - 4));
+  EXPECT_NEAR(player.time(), middle, 0.02 * (player.to() - player.from()));
+  settle();
+  const QImage there = window_->current_view()->display().shown();
+  QTest::keyClick(&ruler, Qt::Key_Home);
+  EXPECT_DOUBLE_EQ(player.time(), player.from());
+  settle();
+  EXPECT_NE(window_->current_view()->display().shown(), there);
+}
+
+TEST_F(DesktopTest, TwoTabsShareTheSession) {
+  const Handle world = shown_world();
+  const Handle box = *called("solid.get", {{"name", "block"}}).as_handle();
+  ASSERT_NE(window_->open_view(box, "block"), nullptr);
+  settle();
+  EXPECT_EQ(window_->views().size(), 2U);
+  std::size_t windows = 0;
+  for (const auto& s : app().sessions()) windows += s.is_open && s.name == "desktop";
+  EXPECT_EQ(windows, 1U);
+  // An edit shows in both.
+  const QImage before = window_->current_view()->display().shown();
+  called("solid.set", {{"id", box}, {"path", "box.x"}, {"value", 0.4}});
+  settle();
+  EXPECT_NE(window_->current_view()->display().shown(), before);
+  EXPECT_EQ(window_->open_view(world, "cell"), window_->views().front());
+}
+
+// --- the window as a whole -------------------------------------------------------------------
+
+TEST_F(DesktopTest, UnsavedWorkIsGuardedInPlace) {
+  action("new_world")->trigger();
+  settle();
+  window_->close();
+  QWidget* guard = widget("guard");
+  ASSERT_TRUE(until([&] { return guard->isVisible(); }));
+  EXPECT_TRUE(widget<QLabel>("guard_text")->text().contains("new_world"));
+  EXPECT_TRUE(window_->isVisible());
+  QTest::mouseClick(widget("guard_stay"), Qt::LeftButton);
+  EXPECT_FALSE(guard->isVisible());
+  window_->close();
+  ASSERT_TRUE(until([&] { return guard->isVisible(); }));
+  QTest::mouseClick(widget("guard_discard"), Qt::LeftButton);
+  EXPECT_TRUE(until([&] { return !window_->isVisible(); }));
+}
+
+TEST_F(DesktopTest, TheThreadOfTheWindowNeverWaitsForACommand) {
+  shown_world();
+  window_->console().run("local t = os.clock() while os.clock() - t < 2 do end return 'late'");
+  QElapsedTimer since, lap;
+  since.start();
+  qint64 longest = 0;
+  while (!window_->console().text().contains("late\"") &&
+         !window_->console().text().endsWith("late") && since.elapsed() < kPatienceMs) {
+    lap.start();
+    QApplication::processEvents(QEventLoop::AllEvents, 5);
+    longest = std::max(longest, lap.elapsed());
+  }
+  RecordProperty("longest_stall_ms", static_cast<int>(longest));
+  EXPECT_LT(longest, 1000);
+}
+
+TEST_F(DesktopTest, OtherSessionsDriveTheWindowByCommands) {
+  ASSERT_TRUE(ioci::Windows::of(app()).current());
+  const Handle world = shown_world();
+  Beside other(app());
+  struct Step {
+    std::string command;
+    Map args;
+  };
+  const std::string picture = utf8(folder_.filePath("window.png"));
+  const std::vector<Step> steps{
+      {"window.set", {{"workspace", "program"}}},
+      {"window.open", {{"panel", "console"}}},
+      {"window.type", {{"widget", "console_input"}, {"text", "6 * 7"}, {"keys", "Return"}}},
+      {"window.settle", {}},
+      {"window.trigger", {{"action", "new_world"}}},
+      {"window.click", {{"widget", "navigator_tree"}, {"row", "cell"}}},
+      {"window.select", {{"record", world}, {"path", "objects.left"}}},
+      {"window.photograph", {{"file", picture}}}};
+  std::vector<std::string> failures;
+  Value read, list, actions;
+  std::atomic<bool> is_done{false};
+  std::thread thread([&] {
+    for (const Step& step : steps)
+      if (const auto r = other.call(step.command, step.args); !r.ok())
+        failures.push_back(step.command + ": " + r.error().sentence());
+    if (auto r = other.call("window.read", {{"widget", "console_output"}}); r.ok()) read = *r;
+    if (auto r = other.call("window.widgets", {}); r.ok()) list = *r;
+    if (auto r = other.call("window.actions", {}); r.ok()) actions = *r;
+    const auto none = other.call("window.click", {{"widget", "no_such_widget"}});
+    if (none.ok() || none.error().sentence().find("no_such_widget") == std::string::npos)
+      failures.emplace_back("a widget that is not there was clicked");
+    is_done = true;
+  });
+  EXPECT_TRUE(until([&] { return is_done.load(); }));
+  thread.join();
+  EXPECT_TRUE(failures.empty()) << failures.front();
+  EXPECT_EQ(window_->workspace(), Workspace::program);
+  EXPECT_NE(text_at(map_of(read), "text").find("42"), std::string::npos);
+  EXPECT_GT(list_of(list).size(), 20U);
+  EXPECT_GT(list_of(actions).size(), 40U);
+  EXPECT_FALSE(QImage(shown(picture)).isNull());
+  EXPECT_TRUE(app().document.now()->find(Kind::world, "new_world").has_value());
+}
+
+TEST_F(DesktopTest, ASessionWithoutRightsDoesNotDriveTheWindow) {
+  ioci::Session limited("limited");
+  limited.deny(Effect::administers);
+  for (const char* command : {"window.trigger", "window.read", "window.widgets"}) {
+    const auto r =
+        app().dispatch(limited, command,
+                       std::string(command) == "window.trigger" ? Map{{"action", "undo"}}
+                       : std::string(command) == "window.read"  ? Map{{"widget", "status_undo"}}
+                                                                : Map{});
+    EXPECT_FALSE(r.ok()) << command;
+  }
+}
+
+TEST_F(DesktopTest, TheStartPageHasWorldsAndOpensOneByAClick) {
+  window_->show_start();
+  settle();
+  auto* card = window_->findChild<QPushButton*>("card_pa10_circle");
+  ASSERT_NE(card, nullptr);
+  QTest::mouseClick(card, Qt::LeftButton);
+  EXPECT_TRUE(until(
+      [&] { return window_->current_view() && window_->current_view()->player().is_playing(); }));
+}
+
+}  // namespace
+}  // namespace robomosp::viewer
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
+  QApplication application(argc, argv);
+  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Desk: what all panels of the window share: the client of its session, the selection, and the
+// events that they follow (layer: GUI). Everything the user does is a command called here; nothing
+// is computed on the thread of the window.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <QObject>
+#include <QString>
+
+#include <robomosp/sdk/result.h>
+
+#include "ioci/client/client.h"
+#include "ioci/client/live_view.h"
+#include "viewer/desktop/listeners.h"
+
+namespace robomosp::viewer {
+
+/// A record, or a part of it by its path as record.outline gives it.
+struct Selected {
+  Handle record;
+  std::string path{};  ///< "" = the record itself
+  bool operator==(const Selected&) const = default;
+};
+using Selection = std::vector<Selected>;
+
+/// [GUI thread]
+class Desk : public QObject {
+ public:
+  using Answer = ioci::Client::Answer;
+  using Done = ioci::Client::Done;
+
+  /// Opens the session. The application outlives the desk.
+  static Result<std::unique_ptr<Desk>> open(ioci::Application& app,
+                                            std::vector<std::filesystem::path> plugin_path);
+  ~Desk() override;
+
+  [[nodiscard]] ioci::Application& application() const { return app_; }
+  [[nodiscard]] ioci::Client& client() const { return base_->client(); }
+  /// The view that other views are opened beside. It shows nothing itself.
+  [[nodiscard]] ioci::LiveView& base() const { return *base_; }
+
+  /// Calls a command for the user. A failure without `done` is announced by `failed`.
+  Answer act(std::string command, Map args = {}, Done done = {});
+  /// The same as a job, for commands that may take long.
+  Answer start(std::string command, Map args = {}, Done done = {});
+  /// Calls a command for the window itself, to show something. Failures are ignored without `done`.
+  Answer ask(std::string command, Map args, Done done);
+  /// Opens a file, a record of the library, or what a script returns.
+  Answer open_record(ioci::OpenRequest request,
+                     std::function<void(const Result<ioci::Opened>&)> done);
+  /// Evaluates an input of the console.
+  Answer evaluate(std::string input, Done done);
+  /// True if no call waits or runs. While the console evaluates an input, calls of other panels
+  /// wait for that, and do not count.
+  [[nodiscard]] bool is_idle() const { return evaluating_ > 0 || calls_ == 0; }
+
+  [[nodiscard]] const Selection& selection() const { return selection_; }
+  /// `from` is the panel that selects; it is called as all others are.
+  void select(Selection selection, const QObject* from = nullptr);
+
+  Listeners<const ioci::Event&> events;
+  Listeners<const QObject*> selection_changed;  ///< with the panel that selected
+  Listeners<const std::string&> printed;        ///< by scripts
+  /// A command that this session called, as a line of Lua that runs.
+  Listeners<const std::string&> acted;
+  /// A remark of the window itself, such as a failure of an act.
+  Listeners<const Error&> failed;
+  Listeners<const QString&> noted;
+
+  /// Announces the line of something the window did itself, such as window.set{...}.
+  void echo(const std::string& line) { acted(line); }
+
+ private:
+  explicit Desk(ioci::Application& app) : app_(app) {}
+  void deliver();
+  void take(const ioci::Event& event);
+  Done counted(Done done);
+  Done noted_act(const std::string& command, Done done);
+
+  ioci::Application& app_;
+  std::unique_ptr<ioci::LiveView> base_;
+  Selection selection_;
+  std::size_t calls_ = 0;
+  int evaluating_ = 0;               ///< inputs of the console that have not ended
+  std::map<std::string, int> asks_;  ///< commands called by the window for itself
+  std::map<std::string, int> acts_;  ///< commands called for the user, not reported yet
+  std::map<std::uint64_t, std::string> gestures_;  ///< last line of each open gesture
+  std::uint64_t session_ = 0;                      ///< number of the session; 0 = not known yet
+};
+
+}  // namespace robomosp::viewer

@@ -1,0 +1,835 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The frame of the window: docks, workspaces, tabs, status bar, guard of unsaved work.
+#include "viewer/desktop/main_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include <QApplication>
+#include <QCloseEvent>
+#include <QDockWidget>
+#include <QEvent>
+#include <QFileInfo>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QMenu>
+#include <QMenuBar>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QStatusBar>
+#include <QTabBar>
+#include <QTabWidget>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "viewer/desktop/automation.h"
+#include "viewer/desktop/console.h"
+#include "viewer/desktop/jobs.h"
+#include "viewer/desktop/messages.h"
+#include "viewer/desktop/navigator.h"
+#include "viewer/desktop/start_page.h"
+#include "viewer/desktop/timeline.h"
+#include "viewer/desktop/values.h"
+#include "viewer/theme/icons.h"
+#include "viewer/theme/theme.h"
+
+namespace robomosp::viewer {
+namespace {
+
+constexpr int kUndoAfterMs = 40;
+constexpr int kSaveLayoutAfterMs = 800;
+
+/// The head of a dock: its title, and a button that hides it.
+class DockHead : public QWidget {
+ public:
+  DockHead(QDockWidget& dock, const char* icon_name) : icon_(icon_name) {
+    setObjectName(dock.objectName() + "_head");
+    setAccessibleName(dock.windowTitle());
+    setToolTip(QString());
+    setAttribute(Qt::WA_StyledBackground);
+    setProperty("ground", "header");
+    auto* across = new QHBoxLayout(this);
+    across->setContentsMargins(8, 0, 2, 0);
+    mark_ = new QLabel;
+    mark_->setObjectName(dock.objectName() + "_mark");
+    mark_->setAccessibleName("Icon");
+    mark_->setToolTip(dock.windowTitle());
+    title_ = new QLabel(dock.windowTitle());
+    title_->setObjectName(dock.objectName() + "_title");
+    title_->setAccessibleName(dock.windowTitle());
+    title_->setToolTip(dock.windowTitle() + "; drag it to move the panel");
+    auto* hide = new QToolButton;
+    hide->setObjectName(dock.objectName() + "_hide");
+    hide->setAccessibleName("Hide " + dock.windowTitle());
+    hide->setToolTip("Hide the panel; the menu View shows it again");
+    hide->setIcon(icon("close"));
+    hide->setFocusPolicy(Qt::TabFocus);
+    connect(hide, &QToolButton::clicked, &dock, &QDockWidget::close);
+    across->addWidget(mark_);
+    across->addWidget(title_);
+    across->addStretch(1);
+    across->addWidget(hide);
+    apply_theme();
+  }
+  [[nodiscard]] QSize sizeHint() const override { return {100, theme().dock_head}; }
+  [[nodiscard]] QSize minimumSizeHint() const override { return {40, theme().dock_head}; }
+
+ protected:
+  void changeEvent(QEvent* event) override {
+    if (std::exchange(themed_, theme_revision()) != theme_revision()) apply_theme();
+    QWidget::changeEvent(event);
+  }
+
+ private:
+  void apply_theme() {
+    const Theme& t = theme();
+    mark_->setPixmap(icon_pixmap(icon_, t.text_dim, t.icon, devicePixelRatioF()));
+    QFont bold = t.ui;
+    bold.setWeight(QFont::DemiBold);
+    title_->setFont(bold);
+  }
+  const char* icon_;
+  QLabel *mark_, *title_;
+  int themed_ = theme_revision();
+};
+
+/// Stands for the head of a dock whose title is in its tab.
+class NoHead : public QWidget {
+ public:
+  explicit NoHead(QDockWidget& dock) {
+    setObjectName(dock.objectName() + "_no_head");
+    setAccessibleName("No head");
+    setToolTip(QString());
+    setFixedHeight(0);
+  }
+};
+
+QLabel* status_label(const char* name, const char* accessible, const char* tip) {
+  auto* label = new QLabel;
+  label->setObjectName(name);
+  label->setAccessibleName(accessible);
+  label->setToolTip(tip);
+  return label;
+}
+
+}  // namespace
+
+MainWindow::MainWindow(Desk& desk, Options options)
+    : desk_(desk), options_(std::move(options)), settings_(options_.settings_file), actions_(this) {
+  setObjectName("main_window");
+  setAccessibleName("ROBOMOSP");
+  setWindowTitle("ROBOMOSP");
+  setDockOptions(AllowTabbedDocks | AllowNestedDocks);
+  setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
+  setCorner(Qt::BottomLeftCorner, Qt::BottomDockWidgetArea);
+  setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+  resize(1440, 900);
+
+  auto* centre = new QWidget;
+  centre->setObjectName("centre");
+  centre->setAccessibleName("Centre");
+  auto* column = new QVBoxLayout(centre);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  tabs_ = new QTabWidget;
+  tabs_->setObjectName("tabs");
+  tabs_->setAccessibleName("Views");
+  tabs_->setDocumentMode(true);
+  tabs_->setMovable(true);
+  tabs_->tabBar()->setObjectName("tab_bar");
+  tabs_->tabBar()->setAccessibleName("Tabs of views");
+  tabs_->tabBar()->setExpanding(false);
+  tabs_->tabBar()->setToolTip(QString());
+  connect(tabs_, &QTabWidget::currentChanged, this, [this] { show_tab_state(); });
+  make_guard();
+  column->addWidget(guard_);
+  column->addWidget(tabs_, 1);
+  setCentralWidget(centre);
+
+  make_docks();
+  make_actions();
+  make_top_bar();
+  make_status_bar();
+  navigator_->model().loaded.add(this, [this] { show_selection(); });
+  navigator_->on_menu = [this](QMenu& menu) { fill_context_menu(menu); };
+  navigator_->on_open = [this](const Handle& h) { open_handle(h); };
+  navigator_->on_open_shipped = [this](const std::string& kind, const std::string& name) {
+    desk_.act(kind + ".get", {{"name", name}}, [this](const Result<Value>& r) {
+      if (!r.ok()) return desk_.failed(r.error());
+      if (const Handle* h = r->as_handle()) open_handle(*h);
+    });
+  };
+
+  undo_timer_.setSingleShot(true);
+  undo_timer_.setInterval(kUndoAfterMs);
+  connect(&undo_timer_, &QTimer::timeout, this, [this] { ask_undo_label(); });
+  heads_timer_.setSingleShot(true);
+  heads_timer_.setInterval(0);
+  connect(&heads_timer_, &QTimer::timeout, this, [this] { update_dock_heads(); });
+  layout_timer_.setSingleShot(true);
+  layout_timer_.setInterval(kSaveLayoutAfterMs);
+  connect(&layout_timer_, &QTimer::timeout, this, [this] { save_layout(); });
+
+  desk_.events.add(this, [this](const ioci::Event& e) { take(e); });
+  desk_.selection_changed.add(this, [this](const QObject*) { show_selection(); });
+  desk_.failed.add(
+      this, [this](const Error& e) { statusBar()->showMessage(shown(e.sentence()), 15000); });
+  jobs_->changed.add(this, [this] { show_jobs(); });
+
+  if (const QByteArray geometry = settings_.geometry(); !geometry.isEmpty())
+    restoreGeometry(geometry);
+  const QString kept = settings_.workspace();
+  for (std::size_t i = 0; i < 4; ++i)
+    if (kept == kWorkspaceNames[i]) workspace_ = static_cast<Workspace>(i);
+  arrange(workspace_);
+  if (const QByteArray state = settings_.layout(kept); !state.isEmpty()) restoreState(state);
+  show_selection();
+  show_jobs();
+  ask_undo_label();
+  show_start();
+  automation_ = Automation::install(*this);
+}
+
+MainWindow::~MainWindow() {
+  Automation::remove(*automation_, desk_.application());
+  // Views use the client of the desk and leave first.
+  for (ViewTab* view : views()) delete view;
+}
+
+// --- workspaces ------------------------------------------------------------------------------
+
+QDockWidget* MainWindow::add_dock(const char* name, const QString& title, const char* icon_name,
+                                  QWidget* content, Qt::DockWidgetArea area) {
+  auto* dock = new QDockWidget(title, this);
+  dock->setObjectName(QString(name) + "_dock");
+  dock->setAccessibleName(title);
+  dock->setToolTip(QString());
+  dock->setWidget(content);
+  dock->setProperty("icon", icon_name);
+  dock->setProperty("head", QVariant::fromValue<QWidget*>(new DockHead(*dock, icon_name)));
+  dock->setProperty("no_head", QVariant::fromValue<QWidget*>(new NoHead(*dock)));
+  dock->setTitleBarWidget(dock->property("head").value<QWidget*>());
+  for (const char* each : {"head", "no_head"})
+    dock->property(each).value<QWidget*>()->setParent(dock);
+  dock->property("no_head").value<QWidget*>()->hide();
+  addDockWidget(area, dock);
+  const auto note = [this] {
+    heads_timer_.start();
+    if (!is_arranging_) layout_timer_.start();
+  };
+  connect(dock, &QDockWidget::visibilityChanged, this, note);
+  connect(dock, &QDockWidget::dockLocationChanged, this, note);
+  connect(dock, &QDockWidget::topLevelChanged, this, note);
+  docks_.emplace(name, dock);
+  return dock;
+}
+
+void MainWindow::make_docks() {
+  navigator_ = new Navigator(desk_);
+  navigator_->setMinimumWidth(theme().px(220));
+  console_ = new Console(desk_, settings_);
+  messages_ = new MessagesPanel(desk_);
+  jobs_ = new JobsPanel(desk_);
+  add_dock("navigator", "Navigator", "list", navigator_, Qt::LeftDockWidgetArea);
+  add_dock("console", "Console", "console", console_, Qt::BottomDockWidgetArea);
+  add_dock("messages", "Messages", "messages", messages_, Qt::BottomDockWidgetArea);
+  add_dock("jobs", "Jobs", "jobs", jobs_, Qt::BottomDockWidgetArea);
+  messages_->unseen_changed.add(this, [this] {
+    const int count = messages_->unseen();
+    docks_["messages"]->setWindowTitle(count > 0 ? QString("Messages %1").arg(count)
+                                                 : QString("Messages"));
+    heads_timer_.start();
+  });
+}
+
+void MainWindow::arrange(Workspace workspace) {
+  is_arranging_ = true;
+  QDockWidget *navigator = docks_["navigator"], *console = docks_["console"],
+              *messages = docks_["messages"], *jobs = docks_["jobs"],
+              *timeline = docks_["timeline"];
+  for (QDockWidget* dock : {navigator, timeline, console, messages, jobs}) {
+    dock->setFloating(false);
+    removeDockWidget(dock);
+  }
+  addDockWidget(Qt::LeftDockWidgetArea, navigator);
+  navigator->show();
+  const bool has_timeline = workspace == Workspace::motion;
+  if (has_timeline) {
+    addDockWidget(Qt::BottomDockWidgetArea, timeline);
+    timeline->show();
+    splitDockWidget(timeline, console, Qt::Horizontal);
+  } else {
+    addDockWidget(Qt::BottomDockWidgetArea, console);
+  }
+  console->show();
+  tabifyDockWidget(console, messages);
+  tabifyDockWidget(messages, jobs);
+  messages->show();
+  jobs->show();
+  if (workspace == Workspace::program) messages->raise();
+  else console->raise();
+  const Theme& t = theme();
+  const int left = workspace == Workspace::model ? 320 : 288;
+  resizeDocks({navigator}, {t.px(left)}, Qt::Horizontal);
+  const int low = workspace == Workspace::motion ? 200 : 236;
+  if (has_timeline) {
+    resizeDocks({timeline, console}, {t.px(low), t.px(low)}, Qt::Vertical);
+    resizeDocks({timeline, console}, {std::max(t.px(300), width() - t.px(480)), t.px(464)},
+                Qt::Horizontal);
+  } else {
+    resizeDocks({console}, {t.px(low)}, Qt::Vertical);
+  }
+  is_arranging_ = false;
+  heads_timer_.start();
+}
+
+void MainWindow::update_dock_heads() {
+  for (const auto& [name, dock] : docks_) {
+    const bool is_tab = !dock->isFloating() && !tabifiedDockWidgets(dock).isEmpty();
+    QWidget* wanted = dock->property(is_tab ? "no_head" : "head").value<QWidget*>();
+    if (dock->titleBarWidget() == wanted) continue;
+    dock->titleBarWidget()->hide();
+    dock->setTitleBarWidget(wanted);
+    wanted->show();
+  }
+  for (QTabBar* bar : findChildren<QTabBar*>(QString(), Qt::FindDirectChildrenOnly)) {
+    bar->setObjectName("dock_tabs");
+    bar->setAccessibleName("Tabs of panels");
+    bar->setToolTip(QString());
+    bar->setExpanding(false);
+    bar->setDrawBase(false);
+    bar->setIconSize(QSize(theme().icon, theme().icon));
+    for (int i = 0; i < bar->count(); ++i)
+      for (const auto& [name, dock] : docks_)
+        if (bar->tabText(i) == dock->windowTitle())
+          bar->setTabIcon(i, icon(dock->property("icon").toString().toStdString()));
+  }
+}
+
+void MainWindow::save_layout() {
+  if (is_closing_) return;
+  settings_.set_layout(kWorkspaceNames[static_cast<std::size_t>(workspace_)], saveState());
+}
+
+void MainWindow::set_workspace(Workspace workspace) {
+  if (workspace == workspace_) {
+    workspace_buttons_[static_cast<std::size_t>(workspace)]->setChecked(true);
+    return;
+  }
+  layout_timer_.stop();
+  save_layout();
+  workspace_ = workspace;
+  const QString name = kWorkspaceNames[static_cast<std::size_t>(workspace)];
+  settings_.set_workspace(name);
+  setUpdatesEnabled(false);
+  arrange(workspace);
+  if (const QByteArray state = settings_.layout(name); !state.isEmpty()) {
+    is_arranging_ = true;
+    restoreState(state);
+    is_arranging_ = false;
+  }
+  setUpdatesEnabled(true);
+  for (std::size_t i = 0; i < 4; ++i) {
+    workspace_buttons_[i]->setChecked(i == static_cast<std::size_t>(workspace));
+    actions_.check(std::string("workspace_") + kWorkspaceNames[i],
+                   i == static_cast<std::size_t>(workspace));
+  }
+  desk_.echo("window.set{workspace = \"" + utf8(name) + "\"}");
+}
+
+void MainWindow::reset_layout() {
+  settings_.forget_layouts();
+  arrange(workspace_);
+  desk_.echo("window.trigger{action = \"view_reset_layout\"}");
+}
+
+QStringList MainWindow::panels() const {
+  QStringList out;
+  for (const auto& [name, dock] : docks_) out += name;
+  out += "start";
+  return out;
+}
+
+void MainWindow::show_panel(const QString& name) {
+  if (name == "start") return show_start();
+  const auto at = docks_.find(name);
+  if (at == docks_.end()) return;
+  if (dockWidgetArea(at->second) == Qt::NoDockWidgetArea && !at->second->isFloating())
+    addDockWidget(name == "navigator" ? Qt::LeftDockWidgetArea : Qt::BottomDockWidgetArea,
+                  at->second);
+  at->second->show();
+  at->second->raise();
+  at->second->widget()->setFocus(Qt::ShortcutFocusReason);
+}
+
+void MainWindow::set_theme_and_zoom(bool is_dark, double zoom) {
+  const Theme wanted = make_theme(is_dark, zoom);
+  if (wanted.is_dark == theme().is_dark && wanted.zoom == theme().zoom) return;
+  settings_.set_dark(wanted.is_dark);
+  settings_.set_zoom(wanted.zoom);
+  if (auto* application = qobject_cast<QApplication*>(QCoreApplication::instance()))
+    set_theme(*application, wanted);
+  desk_.echo("window.set{theme = \"" + std::string(is_dark ? "dark" : "light") +
+             "\", zoom = " + utf8(QString::number(wanted.zoom, 'g', 4)) + "}");
+}
+
+void MainWindow::changeEvent(QEvent* event) {
+  QMainWindow::changeEvent(event);
+  if (!status_units_ || std::exchange(themed_, theme_revision()) == theme_revision()) return;
+  const Theme& t = theme();
+  statusBar()->setFixedHeight(t.status);
+  for (QToolButton* button : workspace_buttons_) button->setFont(t.menu);
+  menu_bar_->setFont(t.menu);
+  for (QMenu* menu : findChildren<QMenu*>()) menu->setFont(t.menu);
+  tabs_->setIconSize(QSize(t.icon, t.icon));
+  heads_timer_.start();
+  if (QWidget* top = menuWidget()) top->setFixedHeight(t.bar);
+  show_jobs();
+}
+
+// --- tabs ------------------------------------------------------------------------------------
+
+void MainWindow::show_start() {
+  if (!start_) {
+    start_ = new StartPage(desk_, settings_, actions_);
+    start_->on_world = [this](const QString& world) {
+      ioci::OpenRequest request;
+      request.what = utf8(world);
+      open(std::move(request), true);
+    };
+    start_->on_file = [this](const QString& file) {
+      ioci::OpenRequest request;
+      request.what = utf8(file);
+      request.simulates = false;
+      open(std::move(request), false);
+    };
+    start_->on_restore = [this](const std::string& journal) {
+      Map args;
+      if (!journal.empty()) args.set("file", journal);
+      desk_.act("recovery.restore", std::move(args));
+      show_panel("navigator");
+    };
+    add_tab(start_, "home", "Start", 0);
+  }
+  tabs_->setCurrentWidget(start_);
+  start_->setFocus();
+}
+
+void MainWindow::add_tab(QWidget* page, const char* icon_name, const QString& title, int at) {
+  const int i = tabs_->insertTab(at, page, icon(icon_name), title);
+  auto* close = new QToolButton;
+  close->setObjectName("tab_close");
+  close->setAccessibleName("Close the tab");
+  close->setToolTip("Close the tab (Ctrl+W)");
+  close->setIcon(icon("close"));
+  close->setIconSize(QSize(theme().px(12), theme().px(12)));
+  close->setFocusPolicy(Qt::NoFocus);
+  connect(close, &QToolButton::clicked, this, [this, page] { close_tab(tabs_->indexOf(page)); });
+  tabs_->tabBar()->setTabButton(i, QTabBar::RightSide, close);
+}
+
+ViewTab* MainWindow::current_view() const { return dynamic_cast<ViewTab*>(tabs_->currentWidget()); }
+
+std::vector<ViewTab*> MainWindow::views() const {
+  std::vector<ViewTab*> out;
+  for (int i = 0; i < tabs_->count(); ++i)
+    if (auto* view = dynamic_cast<ViewTab*>(tabs_->widget(i))) out.push_back(view);
+  return out;
+}
+
+ViewTab* MainWindow::open_view(const Handle& what, const QString& name) {
+  for (ViewTab* view : views())
+    if (view->what() == what) {
+      tabs_->setCurrentWidget(view);
+      return view;
+    }
+  auto made = ViewTab::create(desk_, actions_, options_.software_view);
+  if (!made.ok()) {
+    desk_.failed(made.error());
+    return nullptr;
+  }
+  ViewTab* view = made->release();
+  add_tab(view, std::string(icon_of_kind(what.kind)).c_str(), name, tabs_->count());
+  view->changed.add(this, [this, view] {
+    if (const int i = tabs_->indexOf(view); i >= 0) {
+      tabs_->setTabText(i, view->is_there() ? view->name() : view->name() + " (deleted)");
+      tabs_->setTabToolTip(i, shown(view->what().kind) + " " + view->name());
+    }
+    if (view == current_view()) show_tab_state();
+  });
+  view->player().state_changed.add(this, [this, view] {
+    if (view == current_view()) show_tab_state();
+  });
+  view->show_record(what, name);
+  tabs_->setCurrentWidget(view);
+  return view;
+}
+
+void MainWindow::open(ioci::OpenRequest request, bool plays,
+                      std::function<void(ViewTab& view)> opened) {
+  request.simulates = request.simulates || plays;
+  const std::string file = request.script.empty() ? request.what : request.script.string();
+  statusBar()->showMessage("Opening " + shown(file));
+  desk_.open_record(std::move(request),
+                    [this, file, plays, opened = std::move(opened)](const Result<ioci::Opened>& r) {
+                      if (!r.ok()) return;
+                      statusBar()->clearMessage();
+                      std::error_code ignored;
+                      if (std::filesystem::is_regular_file(file, ignored)) {
+                        settings_.add_recent_file(QFileInfo(shown(file)).absoluteFilePath());
+                        if (start_) start_->show_recent();
+                      }
+                      ViewTab* view = open_view(r->what, shown(r->name));
+                      if (!view) return;
+                      desk_.select({{r->what, {}}});
+                      navigator_->open_parts_of(r->what);
+                      if (r->recording) {
+                        view->show_recording(*r->recording, r->from, r->to);
+                        if (plays) view->player().play(true);
+                      }
+                      if (opened) opened(*view);
+                    });
+}
+
+void MainWindow::open_handle(const Handle& handle) {
+  if (handle.kind == "recording") {
+    ViewTab* view = current_view();
+    if (!view || view->what().kind != "world")
+      for (ViewTab* other : views())
+        if (other->what().kind == "world") view = other;
+    if (!view || view->what().kind != "world")
+      return desk_.failed(error(ErrorCode::not_found, "no world is shown that the recording moves",
+                                "Open its world first."));
+    desk_.ask("recording.values", {{"id", handle}, {"columns", "time"}},
+              [this, handle, view](const Result<Value>& r) {
+                if (!r.ok()) return desk_.failed(r.error());
+                const NumericArray* times = r->as_array();
+                if (!times || times->size() == 0) return;
+                const auto all = views();
+                if (std::find(all.begin(), all.end(), view) == all.end()) return;
+                view->show_recording(handle, (*times)[0], (*times)[times->size() - 1]);
+                tabs_->setCurrentWidget(view);
+                show_panel("timeline");
+              });
+    return;
+  }
+  if (handle.kind == "run") {
+    if (ViewTab* view = current_view()) view->show_run(handle);
+    return;
+  }
+  static constexpr const char* kDrawn[] = {"world", "robot", "object", "solid", "material"};
+  if (std::none_of(std::begin(kDrawn), std::end(kDrawn),
+                   [&](const char* kind) { return handle.kind == kind; })) {
+    desk_.select({{handle, {}}});
+    return;
+  }
+  const auto rows = navigator_->model().rows_of({handle, {}});
+  const QString name =
+      rows.isEmpty() ? shown(handle.kind) : rows.front().data(Qt::DisplayRole).toString();
+  open_view(handle, name);
+  desk_.select({{handle, {}}});
+}
+
+void MainWindow::close_tab(int index) {
+  QWidget* page = tabs_->widget(index);
+  if (!page) return;
+  if (page == start_) {
+    tabs_->removeTab(index);
+    start_->deleteLater();
+    start_ = nullptr;
+    return;
+  }
+  if (dynamic_cast<ViewTab*>(page) == nullptr) return;
+  timeline_->set_player(nullptr);
+  tabs_->removeTab(index);
+  delete page;
+  if (tabs_->count() == 0) show_start();
+}
+
+void MainWindow::show_tab_state() {
+  ViewTab* view = current_view();
+  timeline_->set_player(view ? &view->player() : nullptr);
+  timeline_->set_title(view && view->recording()
+                           ? "Recording " + QString::number(view->recording()->number)
+                           : QString());
+  setWindowTitle(view ? view->name() + " - ROBOMOSP" : QString("ROBOMOSP"));
+  for (const char* name :
+       {"fit",          "fly_to_selection", "view_isometric",  "view_front",        "view_back",
+        "view_left",    "view_right",       "view_top",        "view_bottom",       "perspective",
+        "style_smooth", "style_flat",       "style_wireframe", "style_hidden_line", "show_edges",
+        "show_grid",    "show_axes",        "refine",          "section_none",      "section_x",
+        "section_y",    "section_z",        "save_picture",    "close_tab"})
+    actions_.enable(name, view != nullptr);
+  actions_.enable("close_tab", tabs_->count() > 0);
+  const ViewLook look = view ? view->look() : ViewLook();
+  static constexpr const char* kStyles[] = {"style_smooth", "style_flat", "style_wireframe",
+                                            "style_hidden_line"};
+  for (std::size_t i = 0; i < 4; ++i)
+    actions_.check(kStyles[i], static_cast<std::size_t>(look.style) == i);
+  static constexpr const char* kSections[] = {"section_none", "section_x", "section_y",
+                                              "section_z"};
+  for (int i = 0; i < 4; ++i) actions_.check(kSections[i], look.section_axis == i - 1);
+  for (const char* name : {"section_turn", "section_forward", "section_back"})
+    actions_.enable(name, view && look.section_axis >= 0);
+  actions_.check("section_turn", look.is_section_turned);
+  actions_.enable("show_hidden_edges", view && look.style == Style::hidden_line);
+  actions_.check("show_hidden_edges", look.has_hidden_edges);
+  actions_.check("show_edges", look.has_edges);
+  actions_.check("show_grid", look.has_grid);
+  actions_.check("show_axes", look.has_axes);
+  actions_.check("refine", look.is_refined_at_rest);
+  actions_.check("perspective", look.is_perspective);
+  const bool has_layers = view && (view->what().kind == "world" || view->what().kind == "robot" ||
+                                   view->what().kind == "object" || view->what().kind == "solid");
+  for (QAction* action : actions_.all())
+    if (const QString name = action->objectName(); name.startsWith("layer_")) {
+      action->setEnabled(has_layers);
+      action->setChecked(std::find(look.layers.begin(), look.layers.end(), utf8(name.mid(6))) !=
+                         look.layers.end());
+    }
+  const bool has_motion = view && view->player().has_motion();
+  for (const char* name : {"play", "to_start", "step_back", "step_forward", "loop"})
+    actions_.enable(name, has_motion);
+  if (QAction* play = actions_.find("play")) {
+    const bool is_playing = has_motion && view->player().is_playing();
+    play->setIcon(icon(is_playing ? "pause" : "play"));
+    play->setText(is_playing ? "&Pause" : "&Play");
+  }
+  actions_.check("loop", view && view->player().is_looping());
+  actions_.enable("rest", view && view->recording().has_value());
+}
+
+// --- status bar ------------------------------------------------------------------------------
+
+void MainWindow::make_status_bar() {
+  QStatusBar* bar = statusBar();
+  bar->setObjectName("status");
+  bar->setAccessibleName("Status");
+  bar->setSizeGripEnabled(false);
+  bar->setFixedHeight(theme().status);
+  status_units_ = status_label("status_units", "Units", "Units of lengths, angles and times");
+  status_units_->setText(QString("mm %1 deg %1 s").arg(QChar(0x00B7)));
+  status_selection_ = status_label("status_selection", "Selection", "What is selected, and where");
+  bar->addWidget(status_units_);
+  bar->addWidget(status_selection_, 1);
+  status_job_ = status_label("status_job", "Running job", "The job that started last");
+  status_progress_ = new QProgressBar;
+  status_progress_->setObjectName("status_progress");
+  status_progress_->setAccessibleName("Progress of the job");
+  status_progress_->setToolTip("Progress of the job");
+  status_progress_->setRange(0, 1000);
+  status_progress_->setTextVisible(false);
+  status_progress_->setFixedWidth(80);
+  status_cancel_ = new QToolButton;
+  status_cancel_->setObjectName("status_cancel");
+  status_cancel_->setAccessibleName("Cancel the job");
+  status_cancel_->setToolTip("Cancel the job\njob.cancel(id)");
+  status_cancel_->setIcon(icon("close"));
+  status_cancel_->setFocusPolicy(Qt::TabFocus);
+  connect(status_cancel_, &QToolButton::clicked, this, [this] {
+    if (const JobStatus* job = jobs_->current()) jobs_->cancel(job->id);
+  });
+  status_undo_ = status_label("status_undo", "Next step to undo", "Ctrl+Z undoes it");
+  status_renderer_ =
+      status_label("status_renderer", "Renderer", "What draws the pictures; doctor() reports more");
+  auto* theme_button = new QToolButton;
+  theme_button->setObjectName("status_theme");
+  theme_button->setAccessibleName("Theme");
+  theme_button->setToolTip("Dark or light\nwindow.set{theme = \"light\"}");
+  theme_button->setIcon(icon("dark"));
+  theme_button->setFocusPolicy(Qt::TabFocus);
+  connect(theme_button, &QToolButton::clicked, this,
+          [this] { set_theme_and_zoom(!theme().is_dark, theme().zoom); });
+  for (QWidget* widget :
+       {static_cast<QWidget*>(status_job_), static_cast<QWidget*>(status_progress_),
+        static_cast<QWidget*>(status_cancel_), static_cast<QWidget*>(status_undo_),
+        static_cast<QWidget*>(status_renderer_), static_cast<QWidget*>(theme_button)})
+    bar->addPermanentWidget(widget);
+}
+
+void MainWindow::show_selection() {
+  const Selection& selection = desk_.selection();
+  QString text;
+  if (selection.empty()) {
+    text = "Nothing is selected";
+  } else if (selection.size() > 1) {
+    text = QString("%1 selected").arg(selection.size());
+  } else {
+    const Selected& s = selection.front();
+    const auto rows = navigator_->model().rows_of(s);
+    QStringList names;
+    for (QModelIndex i = rows.isEmpty() ? QModelIndex() : rows.front(); i.isValid();
+         i = i.parent()) {
+      const QString kind = i.data(NavigatorModel::kKind).toString();
+      if (kind != "section" && kind != "group") names.prepend(i.data(Qt::DisplayRole).toString());
+    }
+    text = names.isEmpty() ? shown(s.path.empty() ? s.record.kind : s.path)
+                           : names.join(QString(" %1 ").arg(QChar(0x203A)));
+    if (ViewTab* view = current_view())
+      if (const QString pose = view->selection_pose(); !pose.isEmpty()) text += "     " + pose;
+  }
+  status_selection_->setText(text);
+  const bool is_record = selection.size() == 1 && selection.front().path.empty() &&
+                         selection.front().record.kind != "recording" &&
+                         selection.front().record.kind != "run";
+  const bool is_one = selection.size() == 1;
+  for (const char* name : {"save", "save_as", "duplicate"}) actions_.enable(name, is_record);
+  actions_.enable("reload", is_record);
+  actions_.enable("rename", is_one);
+  actions_.enable("delete", !selection.empty());
+  actions_.enable("open_selected", is_one);
+  actions_.enable("simulate", is_one && selection.front().record.kind == "world");
+}
+
+void MainWindow::show_jobs() {
+  const JobStatus* job = jobs_->current();
+  for (QWidget* widget :
+       {static_cast<QWidget*>(status_job_), static_cast<QWidget*>(status_progress_),
+        static_cast<QWidget*>(status_cancel_)})
+    widget->setVisible(job != nullptr);
+  if (job) {
+    status_job_->setText(shown(job->label) + (job->fraction > 0
+                                                  ? QString(" %1 %").arg(static_cast<int>(
+                                                        std::lround(100 * job->fraction)))
+                                                  : QString()));
+    status_progress_->setValue(static_cast<int>(std::lround(1000 * job->fraction)));
+  }
+  const std::size_t count = jobs_->running();
+  docks_["jobs"]->setWindowTitle(count > 0 ? QString("Jobs %1").arg(count) : QString("Jobs"));
+  actions_.enable("cancel_jobs", count > 0);
+}
+
+void MainWindow::ask_undo_label() {
+  desk_.ask("document.history", {{"at_most", 1}}, [this](const Result<Value>& r) {
+    if (!r.ok()) return;
+    const auto first = [&](const char* key) {
+      const List& labels = list_at(map_of(*r), key);
+      const std::string* label = labels.empty() ? nullptr : labels.front().as_string();
+      return label ? shown(*label) : QString();
+    };
+    const QString undo = first("undo"), redo = first("redo");
+    status_undo_->setText(undo.isEmpty() ? QString() : "Undo: " + undo);
+    actions_.enable("undo", !undo.isEmpty());
+    actions_.enable("redo", !redo.isEmpty());
+    if (QAction* a = actions_.find("undo"))
+      a->setText(undo.isEmpty() ? QString("&Undo") : "&Undo " + undo);
+    if (QAction* a = actions_.find("redo"))
+      a->setText(redo.isEmpty() ? QString("&Redo") : "&Redo " + redo);
+  });
+}
+
+void MainWindow::take(const ioci::Event& event) {
+  switch (event.topic) {
+    case ioci::Topic::change:
+      undo_timer_.start();
+      show_selection();
+      break;
+    case ioci::Topic::unsaved:
+      if (event.notice) {
+        for (const Value& v : list_at(event.notice->facts, "unsaved"))
+          if (const Handle* h = v.as_handle();
+              h && std::find(unsaved_.begin(), unsaved_.end(), *h) == unsaved_.end())
+            unsaved_.push_back(*h);
+        for (const Value& v : list_at(event.notice->facts, "saved"))
+          if (const Handle* h = v.as_handle()) std::erase(unsaved_, *h);
+      }
+      break;
+    default: break;
+  }
+}
+
+// --- the end ---------------------------------------------------------------------------------
+
+void MainWindow::make_guard() {
+  guard_ = new QWidget;
+  guard_->setObjectName("guard");
+  guard_->setAccessibleName("Unsaved records");
+  guard_->setProperty("ground", "header");
+  guard_->setAttribute(Qt::WA_StyledBackground);
+  auto* across = new QHBoxLayout(guard_);
+  across->setContentsMargins(12, 6, 12, 6);
+  guard_text_ = new QLabel;
+  guard_text_->setObjectName("guard_text");
+  guard_text_->setAccessibleName("What is not saved");
+  guard_text_->setToolTip("What is not saved");
+  across->addWidget(guard_text_, 1);
+  const auto button = [&](const char* name, const QString& text, const QString& tip) {
+    auto* b = new QPushButton(text);
+    b->setObjectName(name);
+    b->setAccessibleName(text);
+    b->setToolTip(tip);
+    across->addWidget(b);
+    return b;
+  };
+  auto* save = button("guard_save", "Save all and quit", "document.save{}");
+  save->setProperty("filled", true);
+  connect(save, &QPushButton::clicked, this, [this] {
+    desk_.act("document.save", {}, [this](const Result<Value>& r) {
+      if (!r.ok()) return desk_.failed(r.error());
+      close_now();
+    });
+  });
+  connect(button("guard_discard", "Discard and quit", "Quit without saving"), &QPushButton::clicked,
+          this, [this] { close_now(); });
+  connect(button("guard_stay", "Stay", "Go on working"), &QPushButton::clicked, this,
+          [this] { guard_->hide(); });
+  guard_->hide();
+}
+
+void MainWindow::ask_before_closing() {
+  // A command that runs long would hold up the question: what events have reported is enough then.
+  if (!desk_.is_idle()) {
+    QStringList names;
+    for (const Handle& record : unsaved_) {
+      const auto rows = navigator_->model().rows_of({record, {}});
+      names += rows.isEmpty() ? shown(record.kind) : rows.front().data(Qt::DisplayRole).toString();
+    }
+    return names.isEmpty() ? close_now() : show_guard(names);
+  }
+  desk_.ask("document.unsaved", {}, [this](const Result<Value>& r) {
+    if (!r.ok()) return show_guard({"what is saved is unknown: " + shown(r.error().sentence())});
+    QStringList names;
+    for (const Value& row : list_of(*r)) names += shown(text_at(map_of(row), "name"));
+    if (names.isEmpty()) close_now();
+    else show_guard(names);
+  });
+}
+
+void MainWindow::show_guard(const QStringList& names) {
+  guard_text_->setText(QString("%1 %2 not saved: %3%4")
+                           .arg(names.size())
+                           .arg(names.size() == 1 ? "record is" : "records are")
+                           .arg(names.mid(0, 6).join(", "), names.size() > 6 ? ", ..." : ""));
+  guard_->show();
+  if (auto* save = guard_->findChild<QPushButton*>("guard_save")) save->setFocus();
+}
+
+void MainWindow::close_now() {
+  is_closing_ = true;
+  close();
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  if (!is_closing_) {
+    event->ignore();
+    layout_timer_.stop();
+    save_layout();
+    settings_.set_geometry(saveGeometry());
+    ask_before_closing();
+    return;
+  }
+  desk_.client().cancel_all();
+  QMainWindow::closeEvent(event);
+}
+
+bool MainWindow::is_settled() const {
+  if (!desk_.is_idle()) return false;
+  if (undo_timer_.isActive() || heads_timer_.isActive()) return false;
+  const ViewTab* view = current_view();
+  return !view || view->is_settled();
+}
+
+}  // namespace robomosp::viewer

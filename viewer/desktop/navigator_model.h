@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// NavigatorModel: the tree of everything there is: records with their parts, recordings, live runs
+// and the library (layer: GUI). Rows are loaded when they are opened, and follow events.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <QAbstractItemModel>
+#include <QTimer>
+
+#include "viewer/desktop/desk.h"
+
+namespace robomosp::viewer {
+
+/// [GUI thread]
+class NavigatorModel : public QAbstractItemModel {
+ public:
+  enum Role {
+    kDetail = Qt::UserRole,  ///< QString, shown at the right
+    kIcon,                   ///< QString, name of an icon
+    kKind,                   ///< QString: "world", "link", "recording", "library", "section"
+    kIsUnsaved,              ///< bool
+    kFault,                  ///< QString, the sentences; empty = none
+    kFaultBelow,             ///< bool: a row below has a fault
+    kIsQuiet                 ///< bool: drawn dim, as a record of the library
+  };
+  enum class RowType : std::uint8_t { root, section, record, group, part, other, library };
+
+  explicit NavigatorModel(Desk& desk, QObject* parent = nullptr);
+  ~NavigatorModel() override;
+
+  /// The record or part of a row; none = of a section or group.
+  [[nodiscard]] std::optional<Selected> selected_of(const QModelIndex& index) const;
+  /// Rows of a record or part that are loaded; the first is the one to show.
+  [[nodiscard]] QModelIndexList rows_of(const Selected& what) const;
+  [[nodiscard]] RowType type_of(const QModelIndex& index) const;
+  /// Of a row of the library: the kind and the name of its record.
+  struct Shipped {
+    std::string kind, name;
+  };
+  [[nodiscard]] std::optional<Shipped> shipped_of(const QModelIndex& index) const;
+  /// Asks for the rows below all records of the document, for a search.
+  void load_all();
+  /// Asks for the parts of a record wherever they have a place in the tree.
+  void load_parts(const Handle& record);
+  /// True while rows are asked for.
+  [[nodiscard]] bool is_loading() const { return asked_ > 0; }
+
+  [[nodiscard]] QModelIndex index(int row, int column, const QModelIndex& parent) const override;
+  [[nodiscard]] QModelIndex parent(const QModelIndex& index) const override;
+  [[nodiscard]] int rowCount(const QModelIndex& parent) const override;
+  [[nodiscard]] int columnCount(const QModelIndex&) const override { return 1; }
+  [[nodiscard]] bool hasChildren(const QModelIndex& parent) const override;
+  [[nodiscard]] bool canFetchMore(const QModelIndex& parent) const override;
+  void fetchMore(const QModelIndex& parent) override;
+  [[nodiscard]] QVariant data(const QModelIndex& index, int role) const override;
+  bool setData(const QModelIndex& index, const QVariant& value, int role) override;
+  [[nodiscard]] Qt::ItemFlags flags(const QModelIndex& index) const override;
+
+  Listeners<> loaded;  ///< rows have arrived
+
+ private:
+  struct Node;
+  using NodePtr = std::unique_ptr<Node>;
+
+  [[nodiscard]] Node* node_of(const QModelIndex& index) const;
+  [[nodiscard]] QModelIndex index_of(const Node& node) const;
+  void ask_records();
+  void take_records(const List& rows);
+  void ask_others();
+  void take_recordings(const List& rows);
+  void take_runs(const List& rows);
+  void ask_library(Node& section);
+  void ask_outline(Node& node, std::size_t at_least);
+  void take_outline(Node& node, const List& groups);
+  void ask_group(Node& group);
+  void ask_faults();
+  void take_faults(const Handle& record, const List& faults);
+  void take(const ioci::Event& event);
+  /// Makes the children of a node those of `wanted`, keeping the nodes with equal keys.
+  void merge(Node& node, std::vector<NodePtr> wanted);
+  void changed(const Node& node);
+  [[nodiscard]] std::vector<Node*> nodes_of_record(const Handle& record) const;
+  void each_node(const std::function<void(Node&)>& see) const;
+  [[nodiscard]] Node* section(const std::string& key) const;
+  NodePtr row_node(const Map& row, const std::string& kind, const Handle& record) const;
+
+  Desk& desk_;
+  NodePtr root_;
+  std::map<std::string, std::set<Node*>> by_record_;  ///< rows with the outline of a record
+  std::set<std::string> unsaved_;                     ///< keys of records
+  std::map<std::string, std::map<std::string, QString>> faults_;  ///< by record and path
+  std::vector<Handle> to_check_;
+  bool is_checking_ = false, records_wanted_ = false, others_wanted_ = false;
+  QTimer check_timer_, record_timer_;
+  int asked_ = 0;
+};
+
+}  // namespace robomosp::viewer

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tour: photographs every panel of the window on worlds of the library, dark and light, at two
+// sizes of the interface (layer: GUI).
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <QElapsedTimer>
+#include <QObject>
+#include <QTimer>
+
+#include <robomosp/sdk/result.h>
+
+namespace robomosp::viewer {
+
+class MainWindow;
+
+/// [GUI thread]
+class Tour : public QObject {
+ public:
+  /// `done` gets the first failure.
+  Tour(MainWindow& window, std::string folder, std::function<void(const Result<void>&)> done);
+
+ private:
+  struct Step {
+    std::string picture;  ///< name of its file without the ending; "" = none is taken
+    std::function<void()> act;
+  };
+  void add_round(bool is_dark, double zoom);
+  void add_act(std::function<void()> act) { steps_.push_back({"", std::move(act)}); }
+  void next();
+  void finish(const Result<void>& result);
+
+  MainWindow& window_;
+  std::string folder_;
+  std::function<void(const Result<void>&)> done_;
+  std::vector<Step> steps_;
+  std::size_t at_ = 0;
+  bool has_acted_ = false;
+  int settled_ = 0;
+  QTimer timer_;
+  QElapsedTimer since_;
+};
+
+}  // namespace robomosp::viewer

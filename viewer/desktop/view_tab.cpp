@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewer/desktop/view_tab.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <tuple>
+#include <utility>
+
+#include <QEvent>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QMenu>
+#include <QToolBar>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "scene/extras.h"
+#include "scene/frame.h"
+#include "scene/origin.h"
+#include "viewer/desktop/actions.h"
+#include "viewer/desktop/values.h"
+#include "viewer/scene/linear.h"
+#include "viewer/theme/icons.h"
+#include "viewer/theme/theme.h"
+
+namespace robomosp::viewer {
+namespace {
+
+constexpr const char* kStyleWords[] = {"smooth", "flat", "wireframe", "hidden_line"};
+constexpr const char* kAxisWords[] = {"x", "y", "z"};
+
+/// The list of a world that members of a kind are in; "" = of none.
+std::string_view list_of_member(scene::MemberKind kind) {
+  switch (kind) {
+    case scene::MemberKind::body: return "objects";
+    case scene::MemberKind::robot: return "robots";
+    case scene::MemberKind::trajectory: return "trajectories";
+    case scene::MemberKind::frame: return "frames";
+    case scene::MemberKind::light: return "lights";
+    case scene::MemberKind::material:
+    case scene::MemberKind::ghost:
+    case scene::MemberKind::clearance: break;
+  }
+  return {};
+}
+
+Handle handle_of(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
+
+/// The part behind the list of a path: "forearm" of "links.forearm".
+std::string_view after_list(std::string_view path) {
+  const auto dot = path.find('.');
+  return dot == std::string_view::npos ? std::string_view() : path.substr(dot + 1);
+}
+
+/// Whether an item belongs to a part: it has its name, or is inside it.
+bool is_of(std::string_view item, std::string_view part) {
+  return item == part || (item.starts_with(part) && item[part.size()] == '.');
+}
+
+/// Least and greatest coordinates of all items, {} without any.
+std::array<Vec3, 2> box_of_items(const viewer::Frame& frame) {
+  constexpr double kFar = std::numeric_limits<double>::max();
+  std::array<Vec3, 2> box{Vec3{kFar, kFar, kFar}, Vec3{-kFar, -kFar, -kFar}};
+  for (const Item& item : frame.items) {
+    if (!item.mesh) continue;
+    const auto& p = item.mesh->positions;
+    for (std::size_t v = 0; v + 2 < p.size(); v += 3) {
+      const Vec3 at =
+          transform(item.pose, {static_cast<double>(p[v]), static_cast<double>(p[v + 1]),
+                                static_cast<double>(p[v + 2])});
+      for (std::size_t i = 0; i < 3; ++i) {
+        box[0][i] = std::min(box[0][i], at[i]);
+        box[1][i] = std::max(box[1][i], at[i]);
+      }
+    }
+  }
+  return box[0][0] <= box[1][0] ? box : std::array<Vec3, 2>{};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ViewTab>> ViewTab::create(Desk& desk, const Actions& actions,
+                                                 bool software_view) {
+  RMP_TRY_ASSIGN(std::unique_ptr<Display> display, Display::create({}, software_view));
+  return std::unique_ptr<ViewTab>(new ViewTab(desk, actions, std::move(display)));
+}
+
+ViewTab::ViewTab(Desk& desk, const Actions& actions, std::unique_ptr<Display> display)
+    : desk_(desk), display_(display.release()) {
+  setObjectName("view_tab");
+  setAccessibleName("View");
+  auto* column = new QVBoxLayout(this);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  make_bar(actions);
+  column->addWidget(bar_);
+  note_ = new QLabel;
+  note_->setObjectName("view_note");
+  note_->setAccessibleName("What the view does not show");
+  note_->setToolTip("What the view does not show, and why");
+  note_->setWordWrap(true);
+  note_->setMargin(theme().gap / 2);
+  note_->hide();
+  column->addWidget(note_);
+  display_->setAccessibleName("Picture");
+  display_->setParent(this);
+  column->addWidget(display_, 1);
+  setFocusProxy(display_);
+
+  ioci::LiveView::Options options;
+  options.wake = [this] {
+    QMetaObject::invokeMethod(
+        this, [this] { (void)live_->deliver(); }, Qt::QueuedConnection);
+  };
+  options.on_picture = [this](const ioci::LiveView::PicturePtr& p) { take(p); };
+  live_ = desk_.base().open_beside(std::move(options));
+
+  display_->on_pick = [this](const std::optional<Pick>& hit) { picked(hit); };
+  desk_.selection_changed.add(this, [this](const QObject*) { show_selection(); });
+  player_.time_changed.add(this, [this](double time) {
+    if (recording_) live_->show_recording(*recording_, time);
+  });
+  apply_theme();
+}
+
+ViewTab::~ViewTab() = default;
+
+void ViewTab::make_bar(const Actions& actions) {
+  bar_ = new QToolBar;
+  bar_->setObjectName("view_bar");
+  bar_->setAccessibleName("Tools of the view");
+  bar_->setMovable(false);
+  const auto add = [&](const char* name) {
+    QAction* action = actions.find(name);
+    if (!action) return;
+    bar_->addAction(action);
+    if (QWidget* button = bar_->widgetForAction(action)) {
+      button->setObjectName(QString("bar_") + name);
+      button->setAccessibleName(action->text().remove('&'));
+      button->setFocusPolicy(Qt::TabFocus);
+    }
+  };
+  for (const char* name : {"style_smooth", "style_flat", "style_wireframe", "style_hidden_line"})
+    add(name);
+  bar_->addSeparator();
+  for (const char* name : {"show_edges", "show_grid", "show_axes"}) add(name);
+  auto* gap = new QWidget;
+  gap->setObjectName("view_bar_gap");
+  gap->setAccessibleName("Gap");
+  gap->setToolTip("Nothing");
+  gap->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+  bar_->addWidget(gap);
+  for (const auto& [name, title, icon_name] : {std::tuple{"sections", "Section", "section"},
+                                               std::tuple{"overlays", "Overlays", "layers"}}) {
+    QAction* entry = actions.find(name);
+    if (!entry) continue;
+    auto* button = new QToolButton;
+    button->setObjectName(QString("bar_") + name);
+    button->setAccessibleName(title);
+    button->setToolTip(entry->toolTip());
+    button->setText(title);
+    button->setIcon(icon(icon_name));
+    button->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+    button->setPopupMode(QToolButton::InstantPopup);
+    button->setMenu(entry->menu());
+    button->setFocusPolicy(Qt::TabFocus);
+    bar_->addWidget(button);
+  }
+  bar_->addSeparator();
+  for (const char* name :
+       {"perspective", "view_isometric", "fit", "fly_to_selection", "save_picture"})
+    add(name);
+}
+
+void ViewTab::apply_theme() {
+  const Theme& t = theme();
+  bar_->setFixedHeight(t.bar);
+  bar_->setIconSize(QSize(t.icon, t.icon));
+  bar_->setStyleSheet(
+      QString("QToolBar { background: %1; border: 0px; border-bottom: 1px solid %2; spacing: %3px; "
+              "padding: 0px %3px; } QToolBar::separator { background: %2; width: 1px; margin: "
+              "6px 4px; }")
+          .arg(t.panel.name(), t.line.name())
+          .arg(t.gap / 2));
+  note_->setStyleSheet(
+      QString("QLabel { background: %1; color: %2; }").arg(t.header.name(), t.warn.name()));
+  display_->set_dark(t.is_dark);
+}
+
+void ViewTab::changeEvent(QEvent* event) {
+  if (std::exchange(themed_, theme_revision()) != theme_revision()) apply_theme();
+  QWidget::changeEvent(event);
+}
+
+void ViewTab::show_record(const Handle& what, const QString& name) {
+  what_ = what;
+  name_ = name;
+  recording_.reset();
+  player_.set_range(0, 0);
+  is_first_ = true;
+  is_fitted_ = false;
+  is_there_ = true;
+  live_->show(what);
+  for (const std::string& layer : look_.layers) (void)live_->show_layer(layer, true);
+  changed();
+}
+
+void ViewTab::show_recording(const Handle& recording, double from, double to) {
+  recording_ = recording;
+  player_.set_range(from, to);
+  live_->show_recording(recording, from);
+  changed();
+}
+
+void ViewTab::show_run(const Handle& run) {
+  recording_.reset();
+  player_.set_range(0, 0);
+  live_->show_run(run);
+  changed();
+}
+
+void ViewTab::rest() {
+  recording_.reset();
+  player_.set_range(0, 0);
+  live_->rest();
+  changed();
+}
+
+void ViewTab::set_look(const ViewLook& look) {
+  if (look == look_) return;
+  for (const std::string& layer : scene::layer_names()) {
+    const auto has = [&](const ViewLook& l) {
+      return std::find(l.layers.begin(), l.layers.end(), layer) != l.layers.end();
+    };
+    if (has(look) == has(look_)) continue;
+    if (const auto shown = live_->show_layer(layer, has(look)); !shown.ok())
+      desk_.failed(shown.error());
+  }
+  const bool is_other_projection = look.is_perspective != look_.is_perspective;
+  const bool is_other_view = look.view != look_.view;
+  look_ = look;
+  if (is_other_projection) display_->set_perspective(look_.is_perspective);
+  if (is_other_view) display_->look(look_.view);
+  display_->set_refining(look_.is_refined_at_rest);
+  apply_look();
+  changed();
+}
+
+void ViewTab::apply_look() {
+  frame_.style = look_.style;
+  frame_.feature_edges = look_.has_edges;
+  frame_.hidden_edges = look_.has_hidden_edges;
+  frame_.grid = look_.has_grid;
+  frame_.world_axes = look_.has_axes;
+  frame_.section.reset();
+  if (look_.section_axis >= 0) {
+    const auto k = static_cast<std::size_t>(look_.section_axis);
+    const auto [low, high] = box_of_items(frame_);
+    Section section;
+    section.normal = {};
+    section.normal[k] = look_.is_section_turned ? -1 : 1;
+    section.point[k] = low[k] + look_.section_share * (high[k] - low[k]);
+    frame_.section = section;
+  }
+  if (picture_) display_->set_frame(frame_);
+}
+
+void ViewTab::take(const ioci::LiveView::PicturePtr& picture) {
+  picture_ = picture;
+  static_cast<render::Scene&>(frame_) = picture->scene;
+  for (Item& item : frame_.items)
+    item.selected =
+        std::find(highlighted_.begin(), highlighted_.end(), item.id) != highlighted_.end();
+  if (std::exchange(is_first_, false)) {
+    frame_.camera.view = look_.view;
+    frame_.camera.perspective = look_.is_perspective;
+    if (first_camera_) frame_.camera = *first_camera_;
+    apply_look();
+    show_selection();
+    display_->set_refining(look_.is_refined_at_rest);
+  } else {
+    // What comes first is coarse, and not all of it: fit again unless somebody looks around
+    // already.
+    if (!is_fitted_ && !display_->is_touched()) display_->forget_camera();
+    display_->set_frame(frame_);
+    if (!picture->only_moved) show_selection();
+  }
+  is_fitted_ = is_fitted_ || picture->frame->is_exact;
+  const scene::Frame& frame = *picture->frame;
+  QStringList sentences;
+  if (frame.failure) sentences += shown(frame.failure->sentence());
+  for (const std::string& sentence : picture->left_out) sentences += shown(sentence);
+  note_->setText(sentences.mid(0, 3).join('\n'));
+  note_->setVisible(!sentences.isEmpty());
+  const bool is_there = frame.is_there;
+  const QString name = frame.is_there ? shown(scene::name_of(frame, frame.what)) : name_;
+  if (std::exchange(is_there_, is_there) != is_there || name != name_) {
+    name_ = name;
+    changed();
+  }
+}
+
+std::vector<std::uint64_t> ViewTab::selected_items() const {
+  std::vector<std::uint64_t> out;
+  if (!picture_ || !picture_->frame) return out;
+  const scene::Frame& frame = *picture_->frame;
+  const Handle whole = handle_of(frame.what);
+  for (const Selected& s : desk_.selection()) {
+    const std::string_view part = after_list(s.path);
+    const std::string_view list =
+        std::string_view(s.path).substr(0, s.path.size() - (part.empty() ? 0 : part.size() + 1));
+    if (s.record == whole && s.path.empty() && frame.what.kind == Kind::world) continue;
+    frame.for_each_member([&](const scene::MemberPtr& member) {
+      const bool is_member = member->is_placed && s.record == whole &&
+                             list == list_of_member(member->kind) && part == member->name;
+      const bool is_record = handle_of(member->what) == s.record &&
+                             (!member->is_placed || member->kind == scene::MemberKind::body ||
+                              member->kind == scene::MemberKind::robot);
+      if (!is_member && !is_record) return;
+      const scene::ShapePtr& shape = member->shape(scene::ShapeLayer::bodies);
+      if (!shape) return;
+      for (std::size_t i = 0; i < shape->items.size(); ++i) {
+        if (!is_member && !part.empty() && !is_of(shape->items[i].what.name, part)) continue;
+        out.push_back(scene::id_of({scene::ElementKind::item, scene::ShapeLayer::bodies,
+                                    static_cast<std::uint32_t>(i), member}));
+      }
+    });
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+QString ViewTab::selection_pose() const {
+  if (!picture_ || !picture_->frame || desk_.selection().size() != 1) return {};
+  const scene::Frame& frame = *picture_->frame;
+  const Selected& s = desk_.selection().front();
+  const std::string_view part = after_list(s.path);
+  std::optional<Pose> found;
+  if (s.record == handle_of(frame.what) && !part.empty())
+    frame.for_each_member([&](const scene::MemberPtr& member) {
+      if (member->is_placed && part == member->name && !member->bodies.empty() &&
+          std::string_view(s.path).starts_with(list_of_member(member->kind)))
+        found = member->world_T(0);
+    });
+  if (!found) return {};
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const auto& r = found->R;
+  const double pitch = std::atan2(-r[6], std::hypot(r[0], r[3]));
+  const bool is_upright = std::hypot(r[0], r[3]) > 1e-9;
+  const double roll = is_upright ? std::atan2(r[7], r[8]) : 0;
+  const double yaw = is_upright ? std::atan2(r[3], r[0]) : std::atan2(-r[1], r[4]);
+  const auto number = [](double v, int digits) {
+    QString text = QString::number(v, 'f', digits);
+    return text.replace('-', QChar(0x2212));
+  };
+  return QString("x %1  y %2  z %3 mm   roll %4  pitch %5  yaw %6 deg")
+      .arg(number(1e3 * found->p[0], 1), number(1e3 * found->p[1], 1), number(1e3 * found->p[2], 1),
+           number(kDegrees * roll, 1), number(kDegrees * pitch, 1), number(kDegrees * yaw, 1));
+}
+
+void ViewTab::show_selection() {
+  std::vector<std::uint64_t> items = selected_items();
+  if (items == highlighted_) return;
+  highlighted_ = std::move(items);
+  for (Item& item : frame_.items)
+    item.selected = std::binary_search(highlighted_.begin(), highlighted_.end(), item.id);
+  display_->select(highlighted_);
+}
+
+void ViewTab::picked(const std::optional<Pick>& hit) {
+  Selection selection;
+  if (hit && picture_) {
+    const scene::Frame& frame = *picture_->frame;
+    if (const auto element = scene::find_element(frame, hit->id)) {
+      const scene::Member& member = *element->member;
+      const std::string_view list = list_of_member(member.kind);
+      if (member.is_placed && !list.empty())
+        selection = {{handle_of(frame.what), std::string(list) + "." + member.name}};
+      else selection = {{handle_of(frame.what), ""}};
+      // A second click goes into what the first one selected.
+      const auto origin = scene::pick(frame, *element);
+      if (origin.ok() && (desk_.selection() == selection || !member.is_placed)) {
+        if (!origin->link.empty()) selection = {{handle_of(member.what), "links." + origin->link}};
+        else if (!origin->node.empty())
+          selection = {{handle_of(origin->record), "nodes." + origin->node}};
+        else if (!origin->part.empty())
+          selection = {{handle_of(member.what), "parts." + origin->part}};
+      }
+    }
+  }
+  // The display has selected the item by itself.
+  highlighted_.clear();
+  if (selection == desk_.selection()) show_selection();
+  else desk_.select(std::move(selection), this);
+  if (!hit) show_selection();
+}
+
+void ViewTab::view_from(Camera::View view) {
+  look_.view = view;
+  display_->look(view);
+  changed();
+}
+
+void ViewTab::fit() { display_->fit(); }
+
+void ViewTab::start_from(const Camera& camera) {
+  first_camera_ = camera;
+  if (!is_first_) {
+    frame_.camera = camera;
+    apply_look();
+  }
+}
+
+void ViewTab::fly_to_selection() { display_->fly_to(highlighted_); }
+
+bool ViewTab::is_settled() const {
+  if (!picture_ || !picture_->frame) return false;
+  if (!picture_->frame->is_exact && !picture_->frame->failure) return false;
+  return !isVisible() ||
+         (display_->pictures_drawn() > 0 && (!look_.is_refined_at_rest || player_.is_playing() ||
+                                             display_->is_refined() || !display_->can_refine()));
+}
+
+Map ViewTab::render_arguments() const {
+  const OrbitCamera& camera = display_->camera();
+  const Vec3 eye = camera.eye(), target = camera.target();
+  Map args{
+      {"id", what_},
+      {"eye", List{eye[0], eye[1], eye[2]}},
+      {"target", List{target[0], target[1], target[2]}},
+      {"projection", camera.perspective() ? "perspective" : "orthographic"},
+      {"size", List{std::clamp(camera.width(), 16, 8192), std::clamp(camera.height(), 16, 8192)}},
+      {"style", kStyleWords[static_cast<std::size_t>(look_.style)]},
+      {"edges", look_.has_edges}};
+  if (look_.style == Style::hidden_line) args.set("hidden", look_.has_hidden_edges);
+  if (look_.section_axis >= 0)
+    args.set("section",
+             std::string(look_.is_section_turned ? "-" : "") + kAxisWords[look_.section_axis]);
+  if (recording_) {
+    args.set("recording", *recording_);
+    args.set("at", player_.time());
+  }
+  return args;
+}
+
+}  // namespace robomosp::viewer
