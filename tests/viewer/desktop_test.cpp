@@ -144,6 +144,8 @@ class DesktopTest : public testing::Test {
     return found;
   }
   void key(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+    // The first picture makes the window anew; without a window manager nobody activates it again.
+    QApplication::setActiveWindow(window_.get());
     QTest::keyClick(window_.get(), key, modifiers);
   }
   QTreeView& tree() { return window_->navigator().tree(); }
