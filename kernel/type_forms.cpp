@@ -362,6 +362,93 @@ Map json_schema(const Schema& schema, std::string_view title, std::string_view d
   return m;
 }
 
+// ---- rows of forms ----
+
+const Value* form_value(const Schema& schema, const Map& filled, std::string_view name) {
+  const std::string_view first = name.substr(0, name.find('.'));
+  const Value* v = filled.find(first);
+  if (!v)
+    if (const ParamSpec* p = find_param(schema, first); p && p->default_value)
+      v = &*p->default_value;
+  while (v && name.find('.') != std::string_view::npos) {
+    name.remove_prefix(name.find('.') + 1);
+    v = v->as_map() ? v->as_map()->find(name.substr(0, name.find('.'))) : nullptr;
+  }
+  return v;
+}
+
+std::string form_label(const ParamSpec& p) {
+  const TypeNotes& notes = type_tree(p.type).notes;
+  if (!notes.label.empty()) return notes.label;
+  return p.label.empty() ? p.name : p.label;
+}
+
+std::vector<FormRow> form_rows(const Schema& schema, const Map& filled) {
+  const auto value_of = [&](std::string_view name) { return form_value(schema, filled, name); };
+  std::vector<FormRow> rows;
+  for (const ParamSpec& p : schema) {
+    TypeNotes notes = notes_of(p);
+    if (!notes.when.holds(value_of) && !filled.find(p.name)) continue;
+    rows.push_back({&p, std::move(notes)});
+  }
+  std::vector<std::string> groups;
+  for (const FormRow& row : rows)
+    if (std::find(groups.begin(), groups.end(), row.notes.group) == groups.end())
+      groups.push_back(row.notes.group);
+  std::stable_sort(rows.begin(), rows.end(), [&groups](const FormRow& a, const FormRow& b) {
+    const auto at = [&groups](const FormRow& row) {
+      return std::find(groups.begin(), groups.end(), row.notes.group);
+    };
+    return at(a) != at(b) ? at(a) < at(b) : a.notes.order < b.notes.order;
+  });
+  return rows;
+}
+
+// ---- parameters from their descriptions ----
+
+Result<ParamSpec> param_from(const Value& described) {
+  const Map* m = described.as_map();
+  const auto text = [m](const char* name) {
+    const Value* v = m ? m->find(name) : nullptr;
+    return v && v->as_string() ? *v->as_string() : std::string();
+  };
+  ParamSpec p;
+  p.name = text("name");
+  p.type = text("declared").empty() ? text("type") : text("declared");
+  if (p.name.empty() || p.type.empty())
+    return error(ErrorCode::invalid_argument, "a description of a parameter has no name or no type",
+                 "Use the result of ioci.describe, record.schema or provider.params.");
+  RMP_TRY_ASSIGN(const auto tree, parse_type(p.type));
+  // A unit in the text of the type is not repeated.
+  if (tree->unit.empty()) p.unit = text("unit");
+  p.doc = text("doc");
+  p.label = tree->notes.label.empty() ? text("label") : std::string();
+  p.group = tree->notes.group.empty() ? text("group") : std::string();
+  if (const Value* v = m->find("required")) p.required = v->as_bool() && *v->as_bool();
+  if (const Value* v = m->find("default")) p.default_value = *v;
+  if (m->find("above")) p.min = kPositive;
+  if (const Value* v = m->find("min"); v && v->is_number()) p.min = v->number();
+  if (const Value* v = m->find("max"); v && v->is_number()) p.max = v->number();
+  if (const Value* v = m->find("infinite")) p.infinite = v->as_bool() && *v->as_bool();
+  if (const Value* v = m->find("choices"); v && v->as_list() && tree->choices.empty())
+    for (const Value& word : *v->as_list())
+      if (word.as_string()) p.choices.push_back(*word.as_string());
+  return p;
+}
+
+Result<Schema> schema_from_values(const Value& described) {
+  Schema out;
+  const List* list = described.as_list();
+  if (!list)
+    return error(ErrorCode::invalid_argument, "descriptions of parameters are not a list",
+                 "Use `params` of ioci.describe, or `form` of record.schema.");
+  for (const Value& each : *list) {
+    RMP_TRY_ASSIGN(ParamSpec p, param_from(each));
+    out.push_back(std::move(p));
+  }
+  return out;
+}
+
 // ---- plain text ----
 
 namespace {
@@ -369,58 +456,23 @@ namespace {
 void form_lines(std::string& out, const Schema& schema, const Map& filled, std::size_t indent,
                 std::size_t depth) {
   constexpr std::size_t kDeepest = 8;  // a type may contain itself
-  // Conditions may compare a part of a field: `shape.name`.
-  const auto value_of = [&](std::string_view name) -> const Value* {
-    const std::string_view first = name.substr(0, name.find('.'));
-    const Value* v = filled.find(first);
-    for (const ParamSpec& p : schema)
-      if (!v && p.name == first && p.default_value) v = &*p.default_value;
-    while (v && name.find('.') != std::string_view::npos) {
-      name.remove_prefix(name.find('.') + 1);
-      v = v->as_map() ? v->as_map()->find(name.substr(0, name.find('.'))) : nullptr;
-    }
-    return v;
-  };
-  struct Line {
-    const ParamSpec* param;
-    TypeNotes notes;
-    std::size_t place;
-  };
-  std::vector<Line> lines;
-  for (const ParamSpec& p : schema) {
-    TypeNotes notes = notes_of(p);
-    if (!notes.when.holds(value_of) && !filled.find(p.name)) continue;
-    lines.push_back({&p, std::move(notes), lines.size()});
-  }
-  // Groups in order of their first field; within one by `order`.
-  std::vector<std::string> groups;
-  for (const Line& l : lines)
-    if (std::find(groups.begin(), groups.end(), l.notes.group) == groups.end())
-      groups.push_back(l.notes.group);
-  std::stable_sort(lines.begin(), lines.end(), [&groups](const Line& a, const Line& b) {
-    const auto at = [&groups](const Line& l) {
-      return std::find(groups.begin(), groups.end(), l.notes.group);
-    };
-    return at(a) != at(b) ? at(a) < at(b) : a.notes.order < b.notes.order;
-  });
   const std::string margin(indent, ' ');
   std::string group;
-  for (const Line& l : lines) {
+  for (const FormRow& l : form_rows(schema, filled)) {
     const ParamSpec& p = *l.param;
     if (l.notes.group != group) {
       group = l.notes.group;
       if (!group.empty()) out += margin + group + "\n";
     }
     const TypeTree* t = &type_tree(p.type);
-    out += margin + (p.required ? "* " : "  ") + (l.notes.label.empty() ? p.name : l.notes.label) +
-           ": " + type_words(*t);
+    out += margin + (p.required ? "* " : "  ") + form_label(p) + ": " + type_words(*t);
     if (const std::string unit = unit_of(p); !unit.empty() && t->unit.empty()) {
       const std::string shown =
           l.notes.shown_unit.empty() ? std::string(shown_unit_of(unit)) : l.notes.shown_unit;
       out += " [" + shown + "]";
     }
     if (t->choices.empty() && !p.choices.empty()) out += " " + text::join(p.choices, "|");
-    if (const Value* v = value_of(p.name)) out += " = " + shown_value(*v);
+    if (const Value* v = form_value(schema, filled, p.name)) out += " = " + shown_value(*v);
     if (!p.doc.empty()) out += "  " + p.doc;
     out += "\n";
     if (depth >= kDeepest) continue;

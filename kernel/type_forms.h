@@ -5,6 +5,9 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include <robomosp/sdk/result.h>
 
 #include "kernel/schema.h"
 #include "kernel/type.h"
@@ -19,12 +22,31 @@ namespace robomosp {
 /// The same for a table of arguments: unknown and missing names, and each value.
 [[nodiscard]] std::string misfit(const Schema&, const Map& given);
 
+/// One line of a form.
+struct FormRow {
+  const ParamSpec* param = nullptr;
+  TypeNotes notes{};
+};
+/// The lines of a form for these values: fields that have a value or a condition that holds, by
+/// groups in the order of their first field, within a group by @order. Points into the schema.
+[[nodiscard]] std::vector<FormRow> form_rows(const Schema&, const Map& filled);
+/// The value of a field, given or by default; `shape.name` is a part of a map. Null = none.
+[[nodiscard]] const Value* form_value(const Schema&, const Map& filled, std::string_view field);
+/// The label of a field: @label, or its name.
+[[nodiscard]] std::string form_label(const ParamSpec&);
+
 /// A type as nested maps: {kind = "list", element = {kind = "real", unit = "m"}}.
 [[nodiscard]] Value type_value(const TypeTree&);
 /// All facts about a parameter: name, label, doc, plain and declared type, form (its tree), unit,
 /// shown_unit, default, range, choices, group, order, advanced, when, step, example ...; facts that
 /// do not apply are left out. `is_input`: includes required.
 [[nodiscard]] Map param_value(const ParamSpec&, bool is_input = true);
+
+/// The parameter that param_value() describes, with the same type, range, default, label and group.
+/// For front ends that get commands as data. ErrorCode::invalid_argument without name or type.
+[[nodiscard]] Result<ParamSpec> param_from(const Value& described);
+/// The same for a list of descriptions, such as `params` of ioci.describe.
+[[nodiscard]] Result<Schema> schema_from_values(const Value& described);
 
 /// A JSON Schema (draft 2020-12) of a table of arguments. Facts that JSON Schema cannot express are
 /// in `x-` members: unit, member, provider, when.
