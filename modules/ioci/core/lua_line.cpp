@@ -17,12 +17,6 @@
 namespace robomosp::ioci {
 namespace {
 
-/// Whether it can be a key without brackets.
-bool is_lua_name(std::string_view s) {
-  return is_plain_name(s) &&
-         std::find(kLuaKeywords.begin(), kLuaKeywords.end(), s) == kLuaKeywords.end();
-}
-
 std::string lua_string(std::string_view s, std::size_t most) {
   std::string out = "\"";
   std::size_t good = text::first_bad_byte(s);  // what is no text stays the bytes that it is
@@ -69,7 +63,8 @@ std::string lua_array(const NumericArray& a, std::size_t most) {
   return out + "}";
 }
 
-std::string leaf(const Application& app, const Value& v, std::size_t most) {
+/// `app` may be null: then records have no names.
+std::string leaf(const Application* app, const Value& v, std::size_t most) {
   switch (v.type()) {
     case Value::Type::nil: return "nil";
     case Value::Type::boolean: return *v.as_bool() ? "true" : "false";
@@ -81,7 +76,7 @@ std::string leaf(const Application& app, const Value& v, std::size_t most) {
     case Value::Type::array: return lua_array(*v.as_array(), most);
     case Value::Type::handle: {
       const Handle& h = *v.as_handle();
-      const auto name = kind_from(h.kind) ? app.name_of(h) : std::nullopt;
+      const auto name = app && kind_from(h.kind) ? app->name_of(h) : std::nullopt;
       return lua_string(name.value_or(h.kind + "#" + std::to_string(h.number)), most);
     }
     case Value::Type::list:
@@ -91,15 +86,31 @@ std::string leaf(const Application& app, const Value& v, std::size_t most) {
 }
 
 std::string key_text(const std::string& key, std::size_t most) {
-  return (is_lua_name(key) ? key : "[" + lua_string(key, most) + "]") + " = ";
+  return (is_lua_key(key) ? key : "[" + lua_string(key, most) + "]") + " = ";
+}
+
+}  // namespace
+
+bool is_lua_key(std::string_view s) {
+  return is_plain_name(s) &&
+         std::find(kLuaKeywords.begin(), kLuaKeywords.end(), s) == kLuaKeywords.end();
+}
+
+namespace {
+
+std::string text_of_value(const Application* app, const Value& value, std::size_t most) {
+  return table_text(
+      value, most, [&](const Value& v, bool) { return leaf(app, v, most); },
+      [most](const std::string& name) { return key_text(name, most); });
 }
 
 }  // namespace
 
 std::string lua_text(const Application& app, const Value& value, std::size_t most) {
-  return table_text(
-      value, most, [&](const Value& v, bool) { return leaf(app, v, most); },
-      [most](const std::string& name) { return key_text(name, most); });
+  return text_of_value(&app, value, most);
+}
+std::string lua_text(const Value& value, std::size_t most) {
+  return text_of_value(nullptr, value, most);
 }
 
 LuaLine lua_line(const Application& app, const CommandSpec& spec, const Map& args,

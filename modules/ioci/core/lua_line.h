@@ -26,6 +26,11 @@ inline constexpr std::array<std::string_view, 22> kLuaKeywords{
 [[nodiscard]] std::string lua_text(const Application&, const Value&,
                                    std::size_t most = static_cast<std::size_t>(-1));
 
+/// The same without the document: handles become "robot#17".
+[[nodiscard]] std::string lua_text(const Value&, std::size_t most = static_cast<std::size_t>(-1));
+/// Whether a name can be a key of a table without brackets.
+[[nodiscard]] bool is_lua_key(std::string_view);
+
 struct LuaLine {
   std::string text;
   bool is_whole = true;  ///< it can be run: no secret was in it, and it was not too long
