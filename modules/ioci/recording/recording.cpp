@@ -208,11 +208,16 @@ Result<Value> heat_map(CommandContext& ctx, const Map& args) {
   o.high = number("high");
   o.is_log = flag(args, "log");
   if (const Value* given = args.find("curve"); given && !given->is_nil()) {
-    const NumericArray* points = given->as_array();
+    const bool is_empty = given->as_list() && given->as_list()->empty();
+    Value rows;
+    if (!is_empty) {
+      RMP_TRY_ASSIGN(rows, check_value(field("", "matrix", "", ""), *given, "curve"));
+    }
+    const NumericArray* points = rows.as_array();
     if (points && points->cols() == 2)
       for (std::size_t i = 0; i < points->rows(); ++i)
         o.curve.push_back({points->at(i, 0), points->at(i, 1)});
-    else if (!given->as_list() || !given->as_list()->empty())
+    else if (!is_empty)
       return error(ErrorCode::invalid_argument, "the curve is not a table of two columns",
                    "Give the field curve of robot.joint_slice.", "curve");
   }

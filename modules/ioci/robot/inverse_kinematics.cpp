@@ -199,11 +199,13 @@ Result<Value> solve_ik_batch(CommandContext& ctx, const Map& args) {
   const Pose base_T_mounting = spatial::inverse(m.base);
   std::vector<Pose> targets;
   for (const Value& v : *args.find("targets")->as_list()) {
-    const auto target = pose_from(v);
+    const std::string path = "targets[" + std::to_string(targets.size() + 1) + "]";
+    RMP_TRY_ASSIGN(const Value pose, check_value(field("", "pose", "", ""), v, path));
+    const auto target = pose_from(pose);
     if (!target)
       return error(ErrorCode::invalid_argument,
                    "target " + std::to_string(targets.size() + 1) + " is not a pose",
-                   "Give poses such as pose(0.5, 0, 0.3).", "targets");
+                   "Give poses such as pose(0.5, 0, 0.3).", path);
     targets.push_back(spatial::compose(base_T_mounting, *target));
   }
   RMP_TRY_ASSIGN(auto seeds, read_seeds(args, content<Robot>(ctx, args), m));
