@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// CommandPalette: finds a command by a few letters and opens its form (layer: GUI).
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <QFrame>
+
+#include "ioci/client/client.h"
+#include "kernel/value.h"
+#include "viewer/forms/fuzzy.h"
+#include "viewer/forms/selected_paths.h"
+
+class QLabel;
+class QLineEdit;
+class QListView;
+class QScrollArea;
+
+namespace robomosp::viewer {
+
+class CommandForm;
+
+/// A line to search all commands by name, classic spelling and summary, with the form of the chosen
+/// one below it, prefilled from the selection and from its last use. Up and Down choose, Enter
+/// opens the form, Ctrl+Enter runs, Escape goes back and then closes. Not modal. [GUI thread]
+class CommandPalette : public QFrame {
+ public:
+  /// The client outlives the palette.
+  explicit CommandPalette(ioci::Client& client, QWidget* parent = nullptr);
+  ~CommandPalette() override;
+
+  /// Shows it over the middle of its parent and puts the cursor into the line.
+  void open(const QString& typed = {});
+  /// The same with the form of a command.
+  void open_command(const std::string& command, const Map& values = {});
+  void set_selection(const SelectedPaths& selection);
+  /// Keys of commands that have a shortcut, to be shown beside them.
+  void set_shortcuts(std::map<std::string, QString> shortcuts);
+  /// Asks for the commands again, such as after a plugin was loaded.
+  void reload();
+
+  [[nodiscard]] CommandForm* form() const { return form_; }
+  [[nodiscard]] QLineEdit* line() const { return line_; }
+  [[nodiscard]] QListView* list() const { return list_; }
+  /// Names of the commands that are listed, best first.
+  [[nodiscard]] std::vector<std::string> found() const;
+  [[nodiscard]] std::size_t command_count() const { return commands_.size(); }
+  [[nodiscard]] bool has_form() const;
+
+  std::function<void()> on_close;
+
+ protected:
+  bool eventFilter(QObject* object, QEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
+
+ private:
+  class Model;
+  void search(const QString& typed);
+  void choose(int row);
+  void show_form(bool on);
+  void place();
+  /// Values from the selection for the arguments of a command, and whence they come.
+  void prefill(const Map& description, Map& values, std::map<std::string, QString>& sources) const;
+  ioci::Client& client_;
+  std::vector<SearchedCommand> commands_;
+  std::vector<Map> descriptions_;  ///< in the same order
+  SelectedPaths selection_;
+  std::map<std::uint64_t, std::string> names_;  ///< of selected records, by number
+  std::map<std::string, Map> last_use_;
+  Model* model_;
+  QLineEdit* line_;
+  QLabel* count_;
+  QListView* list_;
+  QScrollArea* scroll_;
+  CommandForm* form_;
+  std::optional<std::pair<std::string, Map>> wanted_;  ///< to be opened when the table has come
+};
+
+}  // namespace robomosp::viewer

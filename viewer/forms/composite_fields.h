@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Fields with parts: alternatives, lists, tables of named values, maps with fields, variants,
+// providers with parameters (layer: GUI).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kernel/schema.h"
+#include "kernel/type.h"
+#include "viewer/forms/form_context.h"
+#include "viewer/widgets/field.h"
+
+class QLabel;
+class QPushButton;
+class QToolButton;
+class QVBoxLayout;
+
+namespace robomosp::viewer {
+
+class ChoiceField;
+class LiteralField;
+class SchemaForm;
+class TextField;
+
+/// A value that may be absent, of one of several types: a line with what is given, buttons to set
+/// and remove it, a switch between the types, and the field of the chosen one, made when it is
+/// needed. The last alternative is always the value as Lua.
+class OptionsField : public Field {
+ public:
+  OptionsField(FormContextPtr context, ParamSpec param, std::string path, QWidget* parent);
+  [[nodiscard]] std::optional<Value> value() const override;
+  void set_value(const std::optional<Value>& value) override;
+  void set_default(const std::optional<Value>& value) override;
+  bool place_fault(std::string_view path, const QString& sentence) override;
+  void clear_faults() override;
+  [[nodiscard]] std::string changed_path() const override;
+  [[nodiscard]] std::optional<Value> changed_value() const override;
+  [[nodiscard]] bool is_tall() const override;
+  /// Index of the alternative that is shown; the last is Lua.
+  [[nodiscard]] std::size_t option() const { return option_; }
+  [[nodiscard]] std::size_t option_count() const { return types_.size() + 1; }
+  void show_option(std::size_t index);
+  /// The field of the alternative; null while nothing is given or it is folded.
+  [[nodiscard]] Field* editor() const { return editor_; }
+  /// Makes the editor, as the button "Set" does. `is_edit`: reports the change.
+  void open_editor(bool is_edit);
+  /// The line is hidden, and the editor always shown.
+  void set_always_open();
+
+ private:
+  void make_editor();
+  void drop_editor();
+  void show_line();
+  [[nodiscard]] ParamSpec param_of(std::size_t index) const;
+  FormContextPtr context_;
+  ParamSpec param_;
+  std::string path_;
+  std::vector<const TypeTree*> types_;
+  std::size_t option_ = 0;
+  std::optional<Value> value_;  ///< what counts while there is no editor, or it was not edited
+  bool is_edited_ = false, is_always_open_ = false, was_open_ = false;
+  Field* editor_ = nullptr;
+  std::string last_path_;
+  QVBoxLayout* column_;
+  QWidget* head_;
+  QLabel* line_;
+  QToolButton *fold_, *remove_;
+  QPushButton *set_, *switch_;
+};
+
+/// Elements of one type: added, removed, moved; each has its field.
+class ListField : public Field {
+ public:
+  ListField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent);
+  [[nodiscard]] std::optional<Value> value() const override;
+  void set_value(const std::optional<Value>& value) override;
+  bool place_fault(std::string_view path, const QString& sentence) override;
+  void clear_faults() override;
+  [[nodiscard]] std::string changed_path() const override { return last_path_; }
+  [[nodiscard]] std::optional<Value> changed_value() const override;
+  [[nodiscard]] bool is_tall() const override { return true; }
+  [[nodiscard]] std::size_t size() const { return rows_.size(); }
+  [[nodiscard]] Field* element(std::size_t i) const { return rows_[i].field; }
+  void add_element();
+  void remove_element(std::size_t i);
+  void move_element(std::size_t from, std::size_t to);
+
+ private:
+  struct Row {
+    QWidget* box;
+    QLabel* number;
+    Field* field;
+  };
+  void append(const std::optional<Value>& value);
+  void renumber();
+  FormContextPtr context_;
+  ParamSpec element_;
+  std::string path_;
+  std::vector<Row> rows_;
+  std::string last_path_;
+  Field* last_field_ = nullptr;
+  QVBoxLayout* column_;
+  QPushButton* add_;
+};
+
+/// Names with values of one type.
+class MapField : public Field {
+ public:
+  MapField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent);
+  [[nodiscard]] std::optional<Value> value() const override;
+  void set_value(const std::optional<Value>& value) override;
+  bool place_fault(std::string_view path, const QString& sentence) override;
+  void clear_faults() override;
+  [[nodiscard]] std::string changed_path() const override { return last_path_; }
+  [[nodiscard]] std::optional<Value> changed_value() const override;
+  [[nodiscard]] bool is_tall() const override { return true; }
+  void add_entry(const std::string& name, const std::optional<Value>& value);
+
+ private:
+  struct Row {
+    QWidget* box;
+    TextField* name;
+    Field* field;
+  };
+  FormContextPtr context_;
+  ParamSpec element_;
+  std::string path_;
+  std::vector<Row> rows_;
+  std::string last_path_;
+  Field* last_field_ = nullptr;
+  QVBoxLayout* column_;
+  QPushButton* add_;
+};
+
+/// A map with known fields; further entries are kept. Of a variant, a first field decides which
+/// other fields there are.
+class FieldsField : public Field {
+ public:
+  /// `tree` is a map with fields, the row of a table, or a variant.
+  FieldsField(FormContextPtr context, const TypeTree& tree, std::string path, QWidget* parent);
+  [[nodiscard]] std::optional<Value> value() const override;
+  void set_value(const std::optional<Value>& value) override;
+  bool place_fault(std::string_view path, const QString& sentence) override;
+  void clear_faults() override;
+  [[nodiscard]] std::string changed_path() const override { return last_path_; }
+  [[nodiscard]] std::optional<Value> changed_value() const override { return last_value_; }
+  [[nodiscard]] bool is_tall() const override { return true; }
+  [[nodiscard]] SchemaForm* form() const { return form_; }
+
+ private:
+  void show_case(const std::string& word, const Map& values);
+  FormContextPtr context_;
+  const TypeTree& tree_;
+  std::string path_;
+  ChoiceField* decides_ = nullptr;
+  SchemaForm* form_ = nullptr;
+  Map others_;  ///< entries without a field
+  bool is_given_ = false;
+  std::string last_path_;
+  std::optional<Value> last_value_;
+  QVBoxLayout* column_;
+};
+
+/// A provider and its parameters: a name, or {name, params}.
+class ProviderField : public Field {
+ public:
+  ProviderField(FormContextPtr context, const TypeTree& tree, std::string path, QWidget* parent);
+  [[nodiscard]] std::optional<Value> value() const override;
+  void set_value(const std::optional<Value>& value) override;
+  void set_default(const std::optional<Value>& value) override;
+  bool place_fault(std::string_view path, const QString& sentence) override;
+  void clear_faults() override;
+  [[nodiscard]] bool is_tall() const override { return form_ != nullptr; }
+  [[nodiscard]] ChoiceField* choice() const { return choice_; }
+  [[nodiscard]] SchemaForm* form() const { return form_; }
+
+ private:
+  void ask_params(const Map& values);
+  void take_schema(const Schema& schema, const Map& values);
+  FormContextPtr context_;
+  const TypeTree& tree_;
+  std::string path_;
+  ChoiceField* choice_;
+  SchemaForm* form_ = nullptr;
+  Map params_;                  ///< until the form is there
+  std::optional<Value> value_;  ///< as it was set, until it is edited
+  int asked_ = 0;
+  QVBoxLayout* column_;
+};
+
+/// Sets the choices of a field by schema.choices for `path` of the form.
+void ask_choices(ChoiceField* field, const FormContextPtr& context, const std::string& path);
+
+}  // namespace robomosp::viewer
