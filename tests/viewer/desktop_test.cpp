@@ -40,6 +40,9 @@
 #include "viewer/desktop/navigator.h"
 #include "viewer/desktop/timeline.h"
 #include "viewer/desktop/values.h"
+#include "viewer/forms/command_form.h"
+#include "viewer/forms/command_palette.h"
+#include "viewer/forms/properties_panel.h"
 #include "viewer/scene/linear.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
@@ -587,6 +590,31 @@ TEST_F(DesktopTest, ADragCirclesThePointUnderTheCursor) {
   EXPECT_GT(norm(view->display().camera().eye() - eye), 0.05);
   const QPoint now = place_of(*view, point);
   EXPECT_LE((now - at).manhattanLength(), 4);
+}
+
+TEST_F(DesktopTest, PropertiesFollowTheSelectionAndThePaletteRunsACommandOnIt) {
+  const Handle world = shown_world();
+  desk_->select({{world, "objects.right"}});
+  ASSERT_TRUE(until([&] { return window_->properties().title() == "right"; }));
+  ASSERT_NE(window_->properties().form(), nullptr);
+  const Handle block = made("solid.get", {{"name", "block"}});
+  desk_->select({{block, {}}});
+  ASSERT_TRUE(until([&] { return window_->properties().title() == "block"; }));
+  CommandPalette& palette = window_->palette();
+  ASSERT_TRUE(until([&] { return palette.command_count() > 500; }));
+  action("palette")->trigger();
+  ASSERT_TRUE(palette.isVisible());
+  QTest::keyClicks(palette.line(), "solid.mass");
+  QTest::keyClick(palette.line(), Qt::Key_Return);
+  ASSERT_TRUE(until([&] { return palette.has_form(); }));
+  EXPECT_EQ(palette.form()->command(), "solid.mass");
+  ASSERT_NE(palette.form()->values().find("id"), nullptr);
+  QTest::keyClick(palette.form(), Qt::Key_Return, Qt::ControlModifier);
+  EXPECT_TRUE(
+      until([&] { return !palette.form()->outcome().isEmpty() && !palette.form()->is_running(); }));
+  QTest::keyClick(palette.form(), Qt::Key_Escape);
+  QTest::keyClick(palette.line(), Qt::Key_Escape);
+  EXPECT_FALSE(palette.isVisible());
 }
 
 TEST_F(DesktopTest, FlyingToTheSelectionBringsItIntoTheMiddle) {

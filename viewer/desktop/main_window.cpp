@@ -33,6 +33,9 @@
 #include "viewer/desktop/start_page.h"
 #include "viewer/desktop/timeline.h"
 #include "viewer/desktop/values.h"
+#include "viewer/forms/command_form.h"
+#include "viewer/forms/command_palette.h"
+#include "viewer/forms/properties_panel.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
 
@@ -237,6 +240,16 @@ void MainWindow::make_docks() {
   add_dock("console", "Console", "console", console_, Qt::BottomDockWidgetArea);
   add_dock("messages", "Messages", "messages", messages_, Qt::BottomDockWidgetArea);
   add_dock("jobs", "Jobs", "jobs", jobs_, Qt::BottomDockWidgetArea);
+  properties_ = new PropertiesPanel(desk_.client());
+  add_dock("properties", "Properties", "filter", properties_, Qt::RightDockWidgetArea);
+  palette_ = new CommandPalette(desk_.client(), this);
+  palette_->form()->on_macro = [this](const QString& line) { desk_.echo(utf8(line)); };
+  desk_.events.add(properties_, [this](const ioci::Event& e) { properties_->take(e); });
+  desk_.selection_changed.add(properties_, [this](const QObject*) {
+    const SelectedPaths paths = selected_paths(desk_.selection());
+    properties_->set_selection(paths);
+    palette_->set_selection(paths);
+  });
   messages_->unseen_changed.add(this, [this] {
     const int count = messages_->unseen();
     docks_["messages"]->setWindowTitle(count > 0 ? QString("Messages %1").arg(count)
@@ -249,13 +262,15 @@ void MainWindow::arrange(Workspace workspace) {
   is_arranging_ = true;
   QDockWidget *navigator = docks_["navigator"], *console = docks_["console"],
               *messages = docks_["messages"], *jobs = docks_["jobs"],
-              *timeline = docks_["timeline"];
-  for (QDockWidget* dock : {navigator, timeline, console, messages, jobs}) {
+              *timeline = docks_["timeline"], *properties = docks_["properties"];
+  for (QDockWidget* dock : {navigator, timeline, console, messages, jobs, properties}) {
     dock->setFloating(false);
     removeDockWidget(dock);
   }
   addDockWidget(Qt::LeftDockWidgetArea, navigator);
   navigator->show();
+  addDockWidget(Qt::RightDockWidgetArea, properties);
+  properties->setVisible(workspace != Workspace::program);
   const bool has_timeline = workspace == Workspace::motion;
   if (has_timeline) {
     addDockWidget(Qt::BottomDockWidgetArea, timeline);
@@ -273,7 +288,7 @@ void MainWindow::arrange(Workspace workspace) {
   else console->raise();
   const Theme& t = theme();
   const int left = workspace == Workspace::model ? 320 : 288;
-  resizeDocks({navigator}, {t.px(left)}, Qt::Horizontal);
+  resizeDocks({navigator, properties}, {t.px(left), t.px(344)}, Qt::Horizontal);
   const int low = workspace == Workspace::motion ? 200 : 236;
   if (has_timeline) {
     resizeDocks({timeline, console}, {t.px(low), t.px(low)}, Qt::Vertical);

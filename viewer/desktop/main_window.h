@@ -31,10 +31,12 @@ class QToolButton;
 namespace robomosp::viewer {
 
 class Automation;
+class CommandPalette;
 class Console;
 class JobsPanel;
 class MessagesPanel;
 class Navigator;
+class PropertiesPanel;
 class StartPage;
 class Timeline;
 
@@ -69,6 +71,8 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] Console& console() const { return *console_; }
   [[nodiscard]] Navigator& navigator() const { return *navigator_; }
   [[nodiscard]] MessagesPanel& messages() const { return *messages_; }
+  [[nodiscard]] PropertiesPanel& properties() const { return *properties_; }
+  [[nodiscard]] CommandPalette& palette() const { return *palette_; }
   [[nodiscard]] Timeline& timeline() const { return *timeline_; }
   /// True if no call of the window waits and all visible pictures are shown.
   [[nodiscard]] bool is_settled() const;
@@ -134,6 +138,8 @@ class MainWindow : public QMainWindow {
   Console* console_ = nullptr;
   MessagesPanel* messages_ = nullptr;
   JobsPanel* jobs_ = nullptr;
+  PropertiesPanel* properties_ = nullptr;
+  CommandPalette* palette_ = nullptr;
   Timeline* timeline_ = nullptr;
   std::map<QString, QDockWidget*> docks_;
   std::array<QToolButton*, 4> workspace_buttons_{};

@@ -24,6 +24,7 @@
 #include "viewer/desktop/navigator.h"
 #include "viewer/desktop/timeline.h"
 #include "viewer/desktop/values.h"
+#include "viewer/forms/command_palette.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
 
@@ -428,6 +429,8 @@ void MainWindow::make_run_menu() {
 
 void MainWindow::make_tools_menu() {
   QMenu* menu = add_menu(*menu_bar_, "&Tools", "tools_menu");
+  actions_.add(menu, {"palette", "&Find a command...", "search", "Ctrl+Shift+P", "ioci.describe()"},
+               [this](bool) { palette_->open(); });
   actions_.add(menu, {"macro_record", "&Record a macro", "record_macro", "", "", true},
                [this](bool on) {
                  show_panel("console");
