@@ -322,6 +322,15 @@ class Printer {
   void add_entries(const Type& t, const model::Field& f, const void* owner, std::size_t alternative,
                    std::vector<Entry>& out) const {
     const void* v = f.in(owner);
+    switch (f.type->shape) {  // what most fields are
+      case Shape::boolean:
+      case Shape::integer:
+      case Shape::real:
+      case Shape::text:
+      case Shape::word:
+      case Shape::reference: return add_single(t, f, owner, alternative, out);
+      default: break;
+    }
     if (f.type == &type_of<Parametric>()) {
       for (const Parameter& each : static_cast<const Parametric*>(v)->parameters)
         out.push_back({print_parameter(each)});
@@ -339,11 +348,19 @@ class Printer {
     } else if (f.type->shape == Shape::optional || f.type->shape == Shape::shared) {
       if (const void* inner = f.type->held(v))
         out.push_back(entry(t, f, *f.type->element, inner, owner, alternative));
-    } else if (f.is_needed || f.is_always_written || has_expression(*f.type, v) ||
-               !is_same(*f.type, v, f.in(t.standard.get()))) {
-      if (f.type->shape == Shape::reference && !f.type->id(v)) return;
-      out.push_back(entry(t, f, *f.type, v, owner, alternative));
+    } else {
+      add_single(t, f, owner, alternative, out);
     }
+  }
+  /// A field of one value, unless it has its default.
+  void add_single(const Type& t, const model::Field& f, const void* owner, std::size_t alternative,
+                  std::vector<Entry>& out) const {
+    const void* v = f.in(owner);
+    if (!f.is_needed && !f.is_always_written && is_same(*f.type, v, f.in(t.standard.get())) &&
+        !has_expression(*f.type, v))
+      return;
+    if (f.type->shape == Shape::reference && !f.type->id(v)) return;
+    out.push_back(entry(t, f, *f.type, v, owner, alternative));
   }
 
   [[nodiscard]] Entry element(const model::Field& f, const void* p, const void* owner,
