@@ -617,6 +617,26 @@ TEST_F(DesktopTest, PropertiesFollowTheSelectionAndThePaletteRunsACommandOnIt) {
   EXPECT_FALSE(palette.isVisible());
 }
 
+TEST_F(DesktopTest, ThePaletteOpensByItsKeysAndItsHelpIsShownInTheConsole) {
+  shown_world();
+  key(Qt::Key_P, Qt::ControlModifier | Qt::ShiftModifier);
+  ASSERT_TRUE(until([&] { return window_->palette().isVisible(); }));
+  ASSERT_TRUE(until([&] { return window_->palette().command_count() > 400; }));
+  QTest::keyClicks(window_->palette().line(), "world.duplicate");
+  ASSERT_TRUE(until([&] {
+    const auto found = window_->palette().found();
+    return !found.empty() && found.front() == "world.duplicate";
+  }));
+  QTest::keyClick(window_->palette().line(), Qt::Key_Return);
+  ASSERT_TRUE(until([&] { return window_->palette().has_form(); }));
+  QTest::keyClick(window_->palette().form(), Qt::Key_F1);
+  ASSERT_TRUE(until([&] {
+    return window_->console().text().contains("Copies a world") ||
+           window_->console().text().contains("world.duplicate(");
+  }));
+  EXPECT_FALSE(window_->palette().isVisible());
+}
+
 TEST_F(DesktopTest, FlyingToTheSelectionBringsItIntoTheMiddle) {
   const Handle world = shown_world();
   ViewTab* view = window_->current_view();

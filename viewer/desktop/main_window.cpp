@@ -156,6 +156,7 @@ MainWindow::MainWindow(Desk& desk, Options options)
   make_actions();
   make_top_bar();
   make_status_bar();
+  set_up_palette();
   navigator_->model().loaded.add(this, [this] { show_selection(); });
   navigator_->on_menu = [this](QMenu& menu) { fill_context_menu(menu); };
   navigator_->on_open = [this](const Handle& h) { open_handle(h); };
@@ -177,7 +178,11 @@ MainWindow::MainWindow(Desk& desk, Options options)
   connect(&layout_timer_, &QTimer::timeout, this, [this] { save_layout(); });
 
   desk_.events.add(this, [this](const ioci::Event& e) { take(e); });
-  desk_.selection_changed.add(this, [this](const QObject*) { show_selection(); });
+  desk_.selection_changed.add(this, [this](const QObject*) {
+    show_selection();
+    properties_->set_selection(selected_paths(desk_.selection()));
+    palette_->set_selection(selected_paths(desk_.selection()));
+  });
   desk_.failed.add(
       this, [this](const Error& e) { statusBar()->showMessage(shown(e.sentence()), 15000); });
   jobs_->changed.add(this, [this] { show_jobs(); });
@@ -237,19 +242,13 @@ void MainWindow::make_docks() {
   messages_ = new MessagesPanel(desk_);
   jobs_ = new JobsPanel(desk_);
   add_dock("navigator", "Navigator", "list", navigator_, Qt::LeftDockWidgetArea);
+  properties_ = new PropertiesPanel(desk_.client());
+  properties_->setMinimumWidth(theme().px(300));
+  add_dock("properties", "Properties", "rename", properties_, Qt::RightDockWidgetArea);
+  palette_ = new CommandPalette(desk_.client(), this);
   add_dock("console", "Console", "console", console_, Qt::BottomDockWidgetArea);
   add_dock("messages", "Messages", "messages", messages_, Qt::BottomDockWidgetArea);
   add_dock("jobs", "Jobs", "jobs", jobs_, Qt::BottomDockWidgetArea);
-  properties_ = new PropertiesPanel(desk_.client());
-  add_dock("properties", "Properties", "filter", properties_, Qt::RightDockWidgetArea);
-  palette_ = new CommandPalette(desk_.client(), this);
-  palette_->form()->on_macro = [this](const QString& line) { desk_.echo(utf8(line)); };
-  desk_.events.add(properties_, [this](const ioci::Event& e) { properties_->take(e); });
-  desk_.selection_changed.add(properties_, [this](const QObject*) {
-    const SelectedPaths paths = selected_paths(desk_.selection());
-    properties_->set_selection(paths);
-    palette_->set_selection(paths);
-  });
   messages_->unseen_changed.add(this, [this] {
     const int count = messages_->unseen();
     docks_["messages"]->setWindowTitle(count > 0 ? QString("Messages %1").arg(count)
@@ -262,13 +261,16 @@ void MainWindow::arrange(Workspace workspace) {
   is_arranging_ = true;
   QDockWidget *navigator = docks_["navigator"], *console = docks_["console"],
               *messages = docks_["messages"], *jobs = docks_["jobs"],
-              *timeline = docks_["timeline"], *properties = docks_["properties"];
-  for (QDockWidget* dock : {navigator, timeline, console, messages, jobs, properties}) {
+              *timeline = docks_["timeline"];
+  for (QDockWidget* dock : {navigator, timeline, console, messages, jobs}) {
     dock->setFloating(false);
     removeDockWidget(dock);
   }
   addDockWidget(Qt::LeftDockWidgetArea, navigator);
   navigator->show();
+  QDockWidget* properties = docks_["properties"];
+  properties->setFloating(false);
+  removeDockWidget(properties);
   addDockWidget(Qt::RightDockWidgetArea, properties);
   properties->setVisible(workspace != Workspace::program);
   const bool has_timeline = workspace == Workspace::motion;
@@ -373,7 +375,9 @@ void MainWindow::show_panel(const QString& name) {
   const auto at = docks_.find(name);
   if (at == docks_.end()) return;
   if (dockWidgetArea(at->second) == Qt::NoDockWidgetArea && !at->second->isFloating())
-    addDockWidget(name == "navigator" ? Qt::LeftDockWidgetArea : Qt::BottomDockWidgetArea,
+    addDockWidget(name == "navigator"    ? Qt::LeftDockWidgetArea
+                  : name == "properties" ? Qt::RightDockWidgetArea
+                                         : Qt::BottomDockWidgetArea,
                   at->second);
   at->second->show();
   at->second->raise();
@@ -665,6 +669,26 @@ void MainWindow::make_status_bar() {
     bar->addPermanentWidget(widget);
 }
 
+void MainWindow::set_up_palette() {
+  std::map<std::string, QString> keys;
+  for (const QAction* action : actions_.all()) {
+    const std::string command = utf8(command_of(*action));
+    const std::string name = command.substr(0, command.find_first_of("({"));
+    if (!action->shortcut().isEmpty() && !name.empty())
+      keys.emplace(name, action->shortcut().toString(QKeySequence::NativeText));
+  }
+  palette_->set_shortcuts(std::move(keys));
+  palette_->form()->on_macro = [this](const QString& line) { desk_.echo(utf8(line)); };
+  palette_->form()->on_help = [this](const std::string& page) { show_help(page); };
+  properties_->on_help = [this](const std::string& page) { show_help(page); };
+}
+
+void MainWindow::show_help(const std::string& page) {
+  palette_->hide();
+  show_panel("console");
+  console_->run(shown("help(\"" + page + "\")"));
+}
+
 void MainWindow::show_selection() {
   const Selection& selection = desk_.selection();
   QString text;
@@ -739,6 +763,7 @@ void MainWindow::ask_undo_label() {
 void MainWindow::take(const ioci::Event& event) {
   switch (event.topic) {
     case ioci::Topic::change:
+      properties_->take(event);
       undo_timer_.start();
       show_selection();
       break;

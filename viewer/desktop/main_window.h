@@ -71,9 +71,9 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] Console& console() const { return *console_; }
   [[nodiscard]] Navigator& navigator() const { return *navigator_; }
   [[nodiscard]] MessagesPanel& messages() const { return *messages_; }
+  [[nodiscard]] Timeline& timeline() const { return *timeline_; }
   [[nodiscard]] PropertiesPanel& properties() const { return *properties_; }
   [[nodiscard]] CommandPalette& palette() const { return *palette_; }
-  [[nodiscard]] Timeline& timeline() const { return *timeline_; }
   /// True if no call of the window waits and all visible pictures are shown.
   [[nodiscard]] bool is_settled() const;
   /// Closes without asking for unsaved work.
@@ -98,6 +98,8 @@ class MainWindow : public QMainWindow {
   QDockWidget* add_dock(const char* name, const QString& title, const char* icon_name,
                         QWidget* content, Qt::DockWidgetArea area);
   void make_status_bar();
+  void set_up_palette();
+  void show_help(const std::string& page);
   void make_guard();
   void arrange(Workspace workspace);
   void update_dock_heads();
@@ -138,9 +140,9 @@ class MainWindow : public QMainWindow {
   Console* console_ = nullptr;
   MessagesPanel* messages_ = nullptr;
   JobsPanel* jobs_ = nullptr;
+  Timeline* timeline_ = nullptr;
   PropertiesPanel* properties_ = nullptr;
   CommandPalette* palette_ = nullptr;
-  Timeline* timeline_ = nullptr;
   std::map<QString, QDockWidget*> docks_;
   std::array<QToolButton*, 4> workspace_buttons_{};
   QLabel *status_units_ = nullptr, *status_selection_ = nullptr, *status_job_ = nullptr,

@@ -12,6 +12,7 @@
 #include <QHBoxLayout>
 #include <QMenu>
 #include <QMenuBar>
+#include <QPushButton>
 #include <QStatusBar>
 #include <QTabWidget>
 #include <QToolButton>
@@ -25,6 +26,7 @@
 #include "viewer/desktop/timeline.h"
 #include "viewer/desktop/values.h"
 #include "viewer/forms/command_palette.h"
+#include "viewer/forms/properties_panel.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
 
@@ -97,6 +99,16 @@ void MainWindow::make_top_bar() {
   auto* balance = new QWidget;
   balance->setObjectName("top_balance");
   balance->setAccessibleName("Gap");
+  auto* end = new QHBoxLayout(balance);
+  end->setContentsMargins(0, 0, 0, 0);
+  end->addStretch(1);
+  auto* find = new QPushButton(icon("search"), "Find a command...     Ctrl+Shift+P");
+  find->setObjectName("find_command");
+  find->setAccessibleName("Find a command");
+  find->setToolTip("Find a command, fill its form and run it (Ctrl+Shift+P)");
+  find->setMaximumWidth(theme().px(296));
+  connect(find, &QPushButton::clicked, this, [this] { palette_->open(); });
+  end->addWidget(find);
   across->addWidget(balance, 1);
   setMenuWidget(top);
 }
@@ -429,8 +441,9 @@ void MainWindow::make_run_menu() {
 
 void MainWindow::make_tools_menu() {
   QMenu* menu = add_menu(*menu_bar_, "&Tools", "tools_menu");
-  actions_.add(menu, {"palette", "&Find a command...", "search", "Ctrl+Shift+P", "ioci.describe()"},
+  actions_.add(menu, {"palette", "&Find a command...", "search", "Ctrl+Shift+P", ""},
                [this](bool) { palette_->open(); });
+  menu->addSeparator();
   actions_.add(menu, {"macro_record", "&Record a macro", "record_macro", "", "", true},
                [this](bool on) {
                  show_panel("console");

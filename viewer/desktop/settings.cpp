@@ -11,7 +11,7 @@ namespace {
 constexpr int kRecentFiles = 12;
 constexpr int kHistoryLines = 500;
 /// Layouts of other versions do not fit the panels of this one.
-constexpr int kLayoutVersion = 1;
+constexpr int kLayoutVersion = 2;
 
 QString layout_key(const QString& workspace) {
   return QString("layout%1/%2").arg(kLayoutVersion).arg(workspace);
