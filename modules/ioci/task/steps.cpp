@@ -325,6 +325,40 @@ const OwnFormFile kStepsForm(
        return true;
      }});
 
+/// One step as in that list; without `parent` it stays in its block.
+const OwnFormFile kStepForm({.type = model::type_of<TaskStep>,
+                             .of = [](const document::Snapshot&, const model::Content&,
+                                      const void*) -> std::optional<Value> { return std::nullopt; },
+                             .read = [](const CommandContext& ctx, void* p, const Value& v,
+                                        const std::string& path) -> Result<bool> {
+                               const Map* given = v.as_map();
+                               if (!given || !given->find("step")) return false;
+                               auto& step = *static_cast<TaskStep*>(p);
+                               Map row = *given;
+                               std::int32_t parent = step.parent;
+                               if (const Value* block = row.find("parent")) {
+                                 RMP_TRY_ASSIGN(
+                                     const Value number,
+                                     check_value(between(field("parent", "int", "", ""), 0, 1e9),
+                                                 *block, path + ".parent"));
+                                 parent = static_cast<std::int32_t>(*number.as_int()) - 1;
+                               }
+                               row.erase("parent");
+                               row.erase("number");
+                               const Value rest(std::move(row));
+                               RMP_TRY_ASSIGN(const StepKind kind, kind_of(rest, path));
+                               List inner;
+                               RMP_TRY_ASSIGN(TaskStep made,
+                                              read_one(ctx, kind, rest, path, inner));
+                               if (!inner.empty())
+                                 return error(ErrorCode::invalid_argument,
+                                              "a single step has no steps in it",
+                                              "Set \"steps\", or use task.set_step.", path);
+                               made.parent = parent;
+                               step = std::move(made);
+                               return true;
+                             }});
+
 }  // namespace
 
 }  // namespace robomosp::ioci
