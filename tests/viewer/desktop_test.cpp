@@ -637,6 +637,30 @@ TEST_F(DesktopTest, ThePaletteOpensByItsKeysAndItsHelpIsShownInTheConsole) {
   EXPECT_FALSE(window_->palette().isVisible());
 }
 
+TEST_F(DesktopTest, FontsFollowTheZoomThereAndBack) {
+  const Handle world = shown_world();
+  desk_->select({{world, {}}});
+  ASSERT_TRUE(until([&] { return window_->properties().form() != nullptr; }));
+  const auto sizes = [&] {
+    QCoreApplication::processEvents();
+    std::map<std::string, int> out;
+    for (const QWidget* w : window_->findChildren<QWidget*>())
+      if (!w->objectName().isEmpty()) out[utf8(w->objectName())] = w->font().pixelSize();
+    return out;
+  };
+  const auto before = sizes();
+  window_->set_theme_and_zoom(theme().is_dark, 1.5);
+  const auto large = sizes();
+  window_->set_theme_and_zoom(theme().is_dark, 1);
+  const auto after = sizes();
+  EXPECT_GT(before.size(), 50U);
+  for (const auto& [name, size] : before) {
+    if (const auto at = large.find(name); at != large.end())
+      EXPECT_NEAR(at->second, 1.5 * size, 1.01) << name;
+    if (const auto at = after.find(name); at != after.end()) EXPECT_EQ(at->second, size) << name;
+  }
+}
+
 TEST_F(DesktopTest, FlyingToTheSelectionBringsItIntoTheMiddle) {
   const Handle world = shown_world();
   ViewTab* view = window_->current_view();

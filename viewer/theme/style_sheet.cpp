@@ -31,7 +31,7 @@ QStatusBar { background: @header; color: @text_dim; border-top: 1px solid @line;
 QStatusBar::item { border: 0px; }
 QStatusBar QLabel { color: @text_dim; padding: 0px 4px; }
 
-QDockWidget { color: @text; font-weight: 600; }
+QDockWidget { color: @text; }
 QDockWidget > QWidget { border: 0px; }
 
 QTabBar { background: @window; qproperty-drawBase: 0; }
