@@ -19,7 +19,7 @@
 namespace robomosp::viewer {
 namespace {
 
-constexpr int kPollMs = 40;
+constexpr int kTourPollMs = 40;
 constexpr int kLongestStepMs = 60000;
 
 }  // namespace
@@ -29,7 +29,7 @@ Tour::Tour(MainWindow& window, std::string folder, std::function<void(const Resu
   for (const double zoom : {1.0, 1.5})
     for (const bool is_dark : {true, false}) add_round(is_dark, zoom);
   connect(&timer_, &QTimer::timeout, this, [this] { next(); });
-  timer_.start(kPollMs);
+  timer_.start(kTourPollMs);
   since_.start();
 }
 
