@@ -455,7 +455,7 @@ TEST_F(SchemaChoices, TheOwnersOfMembersAreArguments) {
           return std::any_of(c->params.begin(), c->params.end(),
                              [&](const ParamSpec& o) { return o.name == name; });
         };
-        EXPECT_TRUE(has(owner) || (owner == "world" && has("id")))
+        EXPECT_TRUE(has(owner) || ((owner == "world" || owner == "robot") && has("id")))
             << c->name << " " << p.name << ": " << p.type;
       }
 }

@@ -126,10 +126,10 @@ RMP_COMMANDS(schema_commands) {
            "units have choices; free texts and numbers have none. A form and the completion of the "
            "console use this command.",
        .example = with_arm("local links = schema.choices{command = \"robot.link\", argument = "
-                           "\"link\", given = {id = \"arm\"}}\nassert(#links == 7)\n"
-                           "local joints = schema.choices{command = \"robot.link\", argument = "
-                           "\"link\", given = {id = \"arm\"}, prefix = \"base\"}\n"
-                           "assert(joints[1].value == \"base\")"),
+                           "\"link\", given = {id = \"arm\"}}\nassert(#links == 6)\n"
+                           "local base = schema.choices{command = \"robot.add_tool\", argument = "
+                           "\"link\", given = {id = \"arm\"}, prefix = \"b\"}\n"
+                           "assert(base[1].value == \"base\")"),
        .params = with_form(
            {needed("argument", "string", "",
                    "The argument, or a part of it such as \"step.robot\" or \"links[2].parent\"."),
