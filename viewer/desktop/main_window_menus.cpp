@@ -25,6 +25,7 @@
 #include "viewer/desktop/navigator.h"
 #include "viewer/desktop/timeline.h"
 #include "viewer/desktop/values.h"
+#include "viewer/forms/command_form.h"
 #include "viewer/forms/command_palette.h"
 #include "viewer/forms/properties_panel.h"
 #include "viewer/theme/icons.h"
@@ -477,6 +478,8 @@ void MainWindow::make_tools_menu() {
   QMenu* help = add_menu(*menu_bar_, "&Help", "help_menu");
   actions_.add(help, {"help_console", "&Help in the console", "info", "F1", "help()"},
                [this](bool) {
+                 if (palette_->isVisible() && palette_->has_form())
+                   return show_help(palette_->form()->command());
                  show_panel("console");
                  console_->run("help()");
                });
