@@ -818,7 +818,11 @@ std::string type_words(const TypeTree& t) {
       return out;
     }
     case TypeKind::reference: return "ref:" + text::join(t.words, "|");
-    case TypeKind::member: return "name of " + with_article(t.word) + " of " + of_words(t);
+    case TypeKind::member: {
+      std::string noun(t.word);
+      std::replace(noun.begin(), noun.end(), '_', ' ');
+      return "name of " + with_article(noun) + " of " + of_words(t);
+    }
     case TypeKind::provider: return text::join(t.words, " or ") + " provider";
     case TypeKind::joints:
       return (t.word.empty() || t.word == "position" ? std::string("joint values")

@@ -652,9 +652,12 @@ TEST_F(DesktopTest, FontsFollowTheZoomThereAndBack) {
   const auto after = sizes();
   EXPECT_GT(before.size(), 50U);
   for (const auto& [name, size] : before) {
-    if (const auto at = large.find(name); at != large.end())
+    if (const auto at = large.find(name); at != large.end()) {
       EXPECT_NEAR(at->second, 1.5 * size, 1.01) << name;
-    if (const auto at = after.find(name); at != after.end()) EXPECT_EQ(at->second, size) << name;
+    }
+    if (const auto at = after.find(name); at != after.end()) {
+      EXPECT_EQ(at->second, size) << name;
+    }
   }
 }
 
