@@ -206,7 +206,7 @@ class Browser:
 
     def open(self, url, dark=False):
         request = urllib.request.Request(f"http://{self.host}:{self.port}/json/new?about:blank", method="PUT")
-        with urllib.request.urlopen(request, timeout=20) as answer:
+        with urllib.request.urlopen(request, timeout=90) as answer:
             page = Page(json.load(answer)["webSocketDebuggerUrl"])
         if dark:
             page.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
