@@ -997,6 +997,14 @@ TEST_F(Properties, APartOfARecordHasItsOwnFields) {
   type_number(position->fields()[2], "bore");
   ASSERT_TRUE(wait_for([&] { return position->fields()[2]->shown_text() == "bore = 20 mm"; }))
       << position->fields()[2]->shown_text().toStdString() << panel->outcome().toStdString();
+  // The navigator names the same node with its list.
+  select({{handle_of("solid", "bush"), "nodes.hole"}});
+  radius = number("radius");
+  ASSERT_NE(radius, nullptr) << text::join(panel->form()->shown_names(), " ");
+  EXPECT_EQ(radius->shown_text(), "bore/2 + 1 mm = 11 mm");
+  type_number(radius, "bore/2");
+  ASSERT_TRUE(wait_for([&] { return radius->shown_text() == "bore/2 = 10 mm"; }))
+      << radius->shown_text().toStdString();
   select({{handle_of("robot", "arm"), "links[2]"}});
   ASSERT_NE(number("a"), nullptr);
   EXPECT_NEAR(*number("a")->number(), 0.2, 1e-12);

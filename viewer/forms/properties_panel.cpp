@@ -247,12 +247,13 @@ std::optional<FieldsAt> fields_at(const Schema& schema, const Map& values, std::
       const auto found = named_below(out.schema, out.values, name, 0);
       if (!found) return std::nullopt;
       at = *found;
-      if (out.values.find("nodes") && rest.empty())
-        if (auto node = node_fields(*found->value)) {
-          node->path = out.path;
-          return node;
-        }
     }
+    // The navigator names a node "nodes.bore", expressions name it "bore".
+    if (out.values.find("nodes") && rest.empty())
+      if (auto node = node_fields(*at.value)) {
+        node->path = out.path;
+        return node;
+      }
     if (!at.value->as_map()) return std::nullopt;
     auto inner = fields_of(at.type, *at.value);
     if (!inner) return std::nullopt;
