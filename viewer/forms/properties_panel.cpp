@@ -444,6 +444,8 @@ void PropertiesPanel::draw() {
     title_->setText(selection_.size() == 1 ? "It is gone" : "They are gone");
     subtitle_->clear();
     if (form_) form_->hide();
+    if (joints_) joints_->deleteLater();
+    joints_ = nullptr;
     return;
   }
   const Shown& first = shown_.front();
@@ -507,8 +509,8 @@ void PropertiesPanel::draw() {
       });
     };
     column_->insertWidget(joints_ ? 1 : 0, form_);
-    form_->show();
   }
+  form_->show();
   draw_joints();
   // A value that is being dragged or typed is the user's.
   if (is_dragged_) {
