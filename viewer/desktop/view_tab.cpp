@@ -384,7 +384,10 @@ void ViewTab::picked(const std::optional<Pick>& hit) {
       // A second click goes into what the first one selected.
       const auto origin = scene::pick(frame, *element);
       if (origin.ok() && (desk_.selection() == selection || !member.is_placed)) {
-        if (!origin->link.empty()) selection = {{handle_of(member.what), "links." + origin->link}};
+        // The base is no link: its fields are those of the robot.
+        if (origin->link == "base") selection = {{handle_of(member.what), ""}};
+        else if (!origin->link.empty())
+          selection = {{handle_of(member.what), "links." + origin->link}};
         else if (!origin->node.empty())
           selection = {{handle_of(origin->record), "nodes." + origin->node}};
         else if (!origin->part.empty())
