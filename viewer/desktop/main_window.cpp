@@ -484,7 +484,10 @@ ViewTab* MainWindow::open_view(const Handle& what, const QString& name) {
     if (view == current_view()) show_tab_state();
   });
   view->show_record(what, name);
+  // The page that hides would pass its focus to a button of the bar.
+  const bool had_focus = tabs_->isAncestorOf(focusWidget());
   tabs_->setCurrentWidget(view);
+  if (had_focus) view->setFocus();
   return view;
 }
 
