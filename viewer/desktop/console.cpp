@@ -25,6 +25,7 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr int kMostLines = 5000;      ///< of the output
+constexpr int kMostInLine = 20000;    ///< characters of a line: Qt lays out longer ones slowly
 constexpr int kMostInputLines = 8;    ///< shown of an input
 constexpr int kMostCompletions = 12;  ///< shown at once
 const QChar kPrompt(0x203A);
@@ -251,7 +252,9 @@ void Console::append(ConsoleLine line, const QString& text) {
   for (const QString& part : text.split('\n')) {
     if (!output_->document()->isEmpty()) cursor.insertBlock();
     cursor.block().setUserState(static_cast<int>(line));
-    cursor.insertText((is_first || head.isEmpty() ? head : QString("  ")) + part);
+    cursor.insertText((is_first || head.isEmpty() ? head : QString("  ")) + part.left(kMostInLine));
+    if (part.size() > kMostInLine)
+      cursor.insertText(QString(" ... (%1 more characters)").arg(part.size() - kMostInLine));
     is_first = false;
   }
   if (is_at_end) bar->setValue(bar->maximum());
