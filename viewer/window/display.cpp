@@ -95,7 +95,10 @@ class Display::GlSurface : public Display::Surface {
   void redraw() override { view_->update(); }
   void resize(int width, int height) override { scene_.resize(width, height); }
   QImage shown() override { return view_->grabFramebuffer(); }
-  void let_go() override { view_->doneCurrent(); }
+  void let_go() override {
+    // Qt draws the window itself in a context of its own.
+    if (QOpenGLContext* context = QOpenGLContext::currentContext()) context->doneCurrent();
+  }
 
  private:
   class View : public QOpenGLWidget {
@@ -213,7 +216,13 @@ Display::Display() : overlay_(new Overlay(this)) {
   qApp->installEventFilter(this);
 }
 
-Display::~Display() = default;
+Display::~Display() { forget_refiner(); }
+
+void Display::forget_refiner() {
+  // Its end makes an EGL context current, as refine() does.
+  if (refiner_) surface_->let_go();
+  refiner_.reset();
+}
 
 Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
                                                  bool software_view) {
@@ -252,7 +261,7 @@ void Display::set_refining(bool on) {
   is_refining_ = on;
   if (!on) {
     idle_.stop();
-    refiner_.reset();
+    forget_refiner();
   }
   changed();
 }

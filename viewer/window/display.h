@@ -82,6 +82,7 @@ class Display : public QWidget {
   Display();
   void prepare_still(OffscreenRenderer& renderer) const;
   void refine();
+  void forget_refiner();
   void changed();
   void camera_moved();
   void resize_scene();
