@@ -634,6 +634,27 @@ TEST_F(DesktopTest, ThePaletteOpensByItsKeysAndItsHelpIsShownInTheConsole) {
   EXPECT_FALSE(window_->palette().isVisible());
 }
 
+TEST_F(DesktopTest, TheCommandsThatActionsNameExist) {
+  const ioci::CommandTable& commands = desk_->application().commands;
+  std::size_t named = 0;
+  for (const QAction* action : window_->actions().all()) {
+    const std::string line = utf8(command_of(*action));
+    const std::string name = line.substr(0, line.find_first_of("({"));
+    if (name.empty() || name == "dofile") continue;
+    ++named;
+    const std::size_t colon = name.find(':');
+    if (colon == std::string::npos) {
+      EXPECT_NE(commands.find(name), nullptr) << utf8(action->objectName()) << ": " << line;
+    } else {
+      for (const char* kind :
+           {"world", "robot", "object", "solid", "trajectory", "task", "material"})
+        EXPECT_NE(commands.find(kind + ("." + name.substr(colon + 1))), nullptr)
+            << kind << " " << line;
+    }
+  }
+  EXPECT_GT(named, 25U);
+}
+
 TEST_F(DesktopTest, FontsFollowTheZoomThereAndBack) {
   const Handle world = shown_world();
   desk_->select({{world, {}}});

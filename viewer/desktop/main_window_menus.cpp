@@ -224,14 +224,13 @@ void MainWindow::make_edit_menu() {
                [this](bool) {
                  if (!desk_.selection().empty()) open_handle(desk_.selection().front().record);
                });
-  actions_.add(menu, {"rename", "Re&name", "rename", "F2", "record.rename{id = ..., name = ...}"},
-               [this](bool) {
-                 show_panel("navigator");
-                 navigator_->rename_selected();
-               });
-  actions_.add(menu, {"duplicate", "&Duplicate", "copy", "Ctrl+D", "record.duplicate{id = ...}"},
+  actions_.add(menu, {"rename", "Re&name", "rename", "F2", "handle:rename(name)"}, [this](bool) {
+    show_panel("navigator");
+    navigator_->rename_selected();
+  });
+  actions_.add(menu, {"duplicate", "&Duplicate", "copy", "Ctrl+D", "handle:duplicate()"},
                [this](bool) { duplicate_selected(); });
-  actions_.add(menu, {"delete", "De&lete", "trash", "Del", "record.remove{id = ...}"},
+  actions_.add(menu, {"delete", "De&lete", "trash", "Del", "handle:remove()"},
                [this](bool) { remove_selected(); });
 }
 
