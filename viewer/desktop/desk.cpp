@@ -89,14 +89,16 @@ Desk::Answer Desk::ask(std::string command, Map args, Done done) {
 
 Desk::Answer Desk::open_record(ioci::OpenRequest request,
                                std::function<void(const Result<ioci::Opened>&)> done) {
+  const bool is_script = !request.script.empty();
   ++calls_;
-  return base_->open_record(std::move(request),
-                            [this, done = std::move(done)](const Result<ioci::Opened>& r) {
-                              --calls_;
-                              if (!r.ok() && r.error().code != ErrorCode::cancelled)
-                                failed(r.error());
-                              if (done) done(r);
-                            });
+  scripts_ += is_script;
+  return base_->open_record(
+      std::move(request), [this, is_script, done = std::move(done)](const Result<ioci::Opened>& r) {
+        --calls_;
+        scripts_ -= is_script;
+        if (!r.ok() && r.error().code != ErrorCode::cancelled) failed(r.error());
+        if (done) done(r);
+      });
 }
 
 Desk::Answer Desk::evaluate(std::string input, Done done) {

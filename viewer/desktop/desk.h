@@ -57,9 +57,9 @@ class Desk : public QObject {
                      std::function<void(const Result<ioci::Opened>&)> done);
   /// Evaluates an input of the console.
   Answer evaluate(std::string input, Done done);
-  /// True if no call waits or runs. While the console evaluates an input, calls of other panels
-  /// wait for that, and do not count.
-  [[nodiscard]] bool is_idle() const { return evaluating_ > 0 || calls_ == 0; }
+  /// True if no call waits or runs. While the console evaluates an input or a script runs, calls of
+  /// other panels wait for that, and do not count.
+  [[nodiscard]] bool is_idle() const { return evaluating_ > 0 || scripts_ > 0 || calls_ == 0; }
 
   [[nodiscard]] const Selection& selection() const { return selection_; }
   /// `from` is the panel that selects; it is called as all others are.
@@ -89,6 +89,7 @@ class Desk : public QObject {
   Selection selection_;
   std::size_t calls_ = 0;
   int evaluating_ = 0;               ///< inputs of the console that have not ended
+  int scripts_ = 0;                  ///< that were opened and have not ended
   std::map<std::string, int> asks_;  ///< commands called by the window for itself
   std::map<std::string, int> acts_;  ///< commands called for the user, not reported yet
   std::map<std::uint64_t, std::string> gestures_;  ///< last line of each open gesture
