@@ -5,9 +5,13 @@
 #include <cmath>
 
 #include <QApplication>
+#include <QEvent>
+#include <QList>
 #include <QPalette>
+#include <QPointer>
 #include <QStyle>
 #include <QStyleFactory>
+#include <QWidget>
 
 namespace robomosp::viewer {
 namespace {
@@ -156,12 +160,19 @@ int theme_revision() { return revision(); }
 
 void set_theme(QApplication& application, const Theme& wanted) {
   current() = wanted;
-  ++revision();
   if (application.style()->objectName().compare("fusion", Qt::CaseInsensitive) != 0)
     application.setStyle(QStyleFactory::create("Fusion"));
   QApplication::setFont(wanted.ui);
   QApplication::setPalette(palette_of(wanted));
   application.setStyleSheet(style_sheet(wanted));
+  // Last, since a style sheet gives widgets back the fonts that they had before it.
+  ++revision();
+  QList<QPointer<QWidget>> widgets;  // some end others when they change
+  for (QWidget* widget : QApplication::allWidgets()) widgets.append(widget);
+  for (const QPointer<QWidget>& widget : widgets) {
+    QEvent changed(QEvent::StyleChange);
+    if (widget) QCoreApplication::sendEvent(widget, &changed);
+  }
 }
 
 }  // namespace robomosp::viewer

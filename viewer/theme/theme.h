@@ -79,7 +79,7 @@ struct Theme {
 [[nodiscard]] Theme make_theme(bool is_dark, double zoom = 1);
 
 /// The current theme: dark at zoom 1 until set_theme() is called. The reference stays valid, its
-/// content changes with set_theme(), after which Qt sends each widget QEvent::StyleChange.
+/// content changes with set_theme(), which then sends each widget QEvent::StyleChange.
 /// [GUI thread]
 [[nodiscard]] const Theme& theme();
 
