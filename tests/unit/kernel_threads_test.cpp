@@ -278,13 +278,14 @@ TEST(CallQueue, APatientCallerWaitsBeyondTheLimitUntilItGivesUp) {
   own->open();
   std::atomic<bool> gives_up{false};
   CallQueue::Outcome patient{}, given_up{};
-  std::atomic<bool> is_first_done{false};
+  std::atomic<bool> is_first_done{false}, is_served{false};
   std::jthread caller([&] {
     const std::function<bool()> stops = [&] { return gives_up.load(); };
     {
       const CallQueue::PatientScope scope(stops);
       patient = own->call([] {}, 1ms);
       is_first_done = true;
+      while (!is_served) std::this_thread::yield();  // serve() also answers calls made meanwhile
       given_up = own->call([] { FAIL(); }, 10s);
     }
     EXPECT_EQ(own->call([] { FAIL(); }, 1ms), CallQueue::Outcome::late);
@@ -292,6 +293,7 @@ TEST(CallQueue, APatientCallerWaitsBeyondTheLimitUntilItGivesUp) {
   while (!own->has_calls()) std::this_thread::yield();
   std::this_thread::sleep_for(50ms);
   EXPECT_EQ(own->serve(), 1U);
+  is_served = true;
   while (!is_first_done || !own->has_calls()) std::this_thread::yield();
   gives_up = true;
   caller.join();
