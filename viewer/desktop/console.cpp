@@ -200,7 +200,7 @@ Console::~Console() = default;
 void Console::apply_theme() {
   const Theme& t = theme();
   for (QPlainTextEdit* edit : {output_, static_cast<QPlainTextEdit*>(input_)}) {
-    edit->setFont(t.code);
+    use_font(*edit, &Theme::code);
     edit->document()->setDocumentMargin(t.gap);
     edit->setStyleSheet(
         QString("QPlainTextEdit { background: %1; color: %2; border: 0px; "
@@ -208,11 +208,11 @@ void Console::apply_theme() {
             .arg(t.field.name(), t.text.name(), t.accent_fill.name(), t.on_accent.name()));
   }
   input_->document()->setDocumentMargin(t.gap / 2.0);
-  prompt_->setFont(t.code);
+  use_font(*prompt_, &Theme::code);
   prompt_->setContentsMargins(t.gap, t.gap / 2, 0, 0);
   prompt_->setStyleSheet(QString("color: %1;").arg(t.accent.name()));
-  found_->setFont(t.code);
-  completions_->setFont(t.code);
+  use_font(*found_, &Theme::code);
+  use_font(*completions_, &Theme::code);
   completions_->setStyleSheet(
       QString(
           "QListWidget { background: %1; border: 1px solid %2; } QListWidget::item { height: "

@@ -91,9 +91,7 @@ class DockHead : public QWidget {
   void apply_theme() {
     const Theme& t = theme();
     mark_->setPixmap(icon_pixmap(icon_, t.text_dim, t.icon, devicePixelRatioF()));
-    QFont bold = t.ui;
-    bold.setWeight(QFont::DemiBold);
-    title_->setFont(bold);
+    use_font(*title_, &Theme::ui, true);
   }
   const char* icon_;
   QLabel *mark_, *title_;
@@ -158,6 +156,9 @@ MainWindow::MainWindow(Desk& desk, Options options)
   make_top_bar();
   make_status_bar();
   set_up_palette();
+  for (QToolButton* button : workspace_buttons_) use_font(*button, &Theme::menu);
+  use_font(*menu_bar_, &Theme::menu);
+  for (QMenu* menu : findChildren<QMenu*>()) use_font(*menu, &Theme::menu);
   navigator_->model().loaded.add(this, [this] { show_selection(); });
   navigator_->on_menu = [this](QMenu& menu) { fill_context_menu(menu); };
   navigator_->on_open = [this](const Handle& h) { open_handle(h); };
@@ -401,9 +402,6 @@ void MainWindow::changeEvent(QEvent* event) {
   if (!status_units_ || std::exchange(themed_, theme_revision()) == theme_revision()) return;
   const Theme& t = theme();
   statusBar()->setFixedHeight(t.status);
-  for (QToolButton* button : workspace_buttons_) button->setFont(t.menu);
-  menu_bar_->setFont(t.menu);
-  for (QMenu* menu : findChildren<QMenu*>()) menu->setFont(t.menu);
   tabs_->setIconSize(QSize(t.icon, t.icon));
   heads_timer_.start();
   if (QWidget* top = menuWidget()) top->setFixedHeight(t.bar);

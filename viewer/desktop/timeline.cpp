@@ -199,7 +199,7 @@ Timeline::Timeline(const Actions& actions, QWidget* parent)
 }
 
 void Timeline::apply_theme() {
-  readout_->setFont(theme().mono);
+  use_font(*readout_, &Theme::mono);
   ruler_->setFixedHeight(theme().px(46));
 }
 

@@ -94,9 +94,7 @@ CommandForm::CommandForm(ioci::Client& client, QWidget* parent) : QWidget(parent
   auto* head = new QHBoxLayout;
   head->setSpacing(t.px(8));
   name_ = named_label(body_, "command_form.name", "Name of the command");
-  QFont bold = t.menu;
-  bold.setWeight(QFont::DemiBold);
-  name_->setFont(bold);
+  use_font(*name_, &Theme::menu, true);
   summary_ = named_label(body_, "command_form.summary", "What the command does", "dim");
   summary_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   help_ =
@@ -119,7 +117,7 @@ CommandForm::CommandForm(ioci::Client& client, QWidget* parent) : QWidget(parent
   auto* lua_layout = new QHBoxLayout(lua_row);
   lua_layout->setContentsMargins(t.px(12), t.px(8), t.px(8), t.px(8));
   lua_ = named_label(lua_row, "command_form.lua", "The call as Lua");
-  lua_->setFont(t.code);
+  use_font(*lua_, &Theme::code);
   lua_->setWordWrap(true);
   lua_->setTextFormat(Qt::RichText);
   lua_->setTextInteractionFlags(Qt::TextSelectableByMouse);

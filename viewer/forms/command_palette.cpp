@@ -168,7 +168,7 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
   line_->setToolTip("Letters of a name, a classic spelling, or words of a summary");
   line_->setPlaceholderText("Find a command");
   line_->setFrame(false);
-  line_->setFont(t.menu);
+  use_font(*line_, &Theme::menu);
   line_->setStyleSheet("border: 0px; background: transparent;");
   line_->installEventFilter(this);
   count_ = new QLabel(this);

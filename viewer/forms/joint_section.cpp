@@ -21,9 +21,7 @@ QLabel* section_title(QWidget* parent, const QString& text, const QString& name)
   l->setObjectName(name);
   l->setAccessibleName(text);
   l->setToolTip(text);
-  QFont f = theme().ui;
-  f.setWeight(QFont::DemiBold);
-  l->setFont(f);
+  use_font(*l, &Theme::ui, true);
   return l;
 }
 

@@ -293,9 +293,7 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
   auto* head = new QHBoxLayout;
   head->setContentsMargins(t.px(12), t.px(6), t.px(12), t.px(6));
   title_ = label(this, "properties.title", "What is selected", nullptr);
-  QFont bold = t.ui;
-  bold.setWeight(QFont::DemiBold);
-  title_->setFont(bold);
+  use_font(*title_, &Theme::ui, true);
   subtitle_ = label(this, "properties.subtitle", "Where it is", "quiet");
   subtitle_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
   head->addWidget(title_, 1);

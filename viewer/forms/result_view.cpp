@@ -234,7 +234,7 @@ ResultView::ResultView(ioci::Client& client, QWidget* parent) : QWidget(parent),
   text_->setAccessibleName("Result as Lua");
   text_->setToolTip("The value as Lua");
   text_->setReadOnly(true);
-  text_->setFont(t.code);
+  use_font(*text_, &Theme::code);
   text_->setTabChangesFocus(true);
   stack_->addWidget(plot_);
   stack_->addWidget(table_);

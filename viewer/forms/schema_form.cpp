@@ -395,7 +395,6 @@ void SchemaForm::refresh() {
 }
 
 void SchemaForm::arrange() {
-  const Theme& t = theme();
   while (grid_->count() > 0) delete grid_->takeAt(0);
   // As advanced fields count those that would be shown.
   int hidden = 0;
@@ -421,9 +420,7 @@ void SchemaForm::arrange() {
           g.head->setAccessibleName(g.head->text());
           g.head->setToolTip("Fold or unfold these fields");
           g.head->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
-          QFont f = t.ui;
-          f.setWeight(QFont::DemiBold);
-          g.head->setFont(f);
+          use_font(*g.head, &Theme::ui, true);
           QObject::connect(g.head, &QToolButton::clicked, this, [this, group] {
             groups_[group]->is_folded = !groups_[group]->is_folded;
             refresh();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <QApplication>
 #include <QEvent>
@@ -11,6 +12,7 @@
 #include <QPointer>
 #include <QStyle>
 #include <QStyleFactory>
+#include <QVariant>
 #include <QWidget>
 
 namespace robomosp::viewer {
@@ -125,7 +127,25 @@ Theme& current() {
   return instance;
 }
 
+constexpr QFont Theme::*kFonts[] = {&Theme::ui,   &Theme::menu,    &Theme::small, &Theme::mono,
+                                    &Theme::code, &Theme::heading, &Theme::title};
+/// Twice the place in kFonts, and one more for bold.
+constexpr const char* kFontProperty = "theme_font";
+
+QFont font_numbered(const Theme& t, int number) {
+  QFont font = t.*kFonts[static_cast<std::size_t>(number / 2) % std::size(kFonts)];
+  if (number % 2 != 0) font.setWeight(QFont::DemiBold);
+  return font;
+}
+
 }  // namespace
+
+void use_font(QWidget& widget, QFont Theme::*font, bool is_bold) {
+  const auto at = std::find(std::begin(kFonts), std::end(kFonts), font);
+  const int number = 2 * static_cast<int>(at - std::begin(kFonts)) + (is_bold ? 1 : 0);
+  widget.setProperty(kFontProperty, number);
+  widget.setFont(font_numbered(theme(), number));
+}
 
 int Theme::px(double length) const { return static_cast<int>(std::lround(length * zoom)); }
 
@@ -169,6 +189,9 @@ void set_theme(QApplication& application, const Theme& wanted) {
   ++revision();
   QList<QPointer<QWidget>> widgets;  // some end others when they change
   for (QWidget* widget : QApplication::allWidgets()) widgets.append(widget);
+  for (const QPointer<QWidget>& widget : widgets)
+    if (const QVariant number = widget->property(kFontProperty); number.isValid())
+      widget->setFont(font_numbered(wanted, number.toInt()));
   for (const QPointer<QWidget>& widget : widgets) {
     QEvent changed(QEvent::StyleChange);
     if (widget) QCoreApplication::sendEvent(widget, &changed);

@@ -10,6 +10,7 @@
 #include <QString>
 
 class QApplication;
+class QWidget;
 
 namespace robomosp::viewer {
 
@@ -87,8 +88,12 @@ struct Theme {
 /// changeEvent(), whatever the event. [GUI thread]
 [[nodiscard]] int theme_revision();
 
-/// Makes it current and applies style, palette, font and style sheet. [GUI thread]
+/// Makes it current and applies style, palette, fonts and style sheet. [GUI thread]
 void set_theme(QApplication& application, const Theme& wanted);
+
+/// Gives a widget a font of the theme, at every zoom: use_font(*label, &Theme::heading). [GUI
+/// thread]
+void use_font(QWidget& widget, QFont Theme::*font, bool is_bold = false);
 
 /// The style sheet of standard widgets. Own painters read theme() instead.
 [[nodiscard]] QString style_sheet(const Theme& theme);

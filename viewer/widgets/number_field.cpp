@@ -333,7 +333,7 @@ void NumberField::begin_edit(const QString& typed) {
   edit_->setAccessibleName(accessibleName());
   edit_->setToolTip(toolTip());
   edit_->setFrame(false);
-  edit_->setFont(theme().mono);
+  use_font(*edit_, &Theme::mono);
   edit_->setStyleSheet(QStringLiteral("border: 0px; background: transparent; padding: 0px;"));
   edit_->setText(typed.isEmpty() ? edit_text() : typed);
   if (typed.isEmpty()) edit_->selectAll();

@@ -256,7 +256,7 @@ void PathField::browse() {
 // ---- LiteralField ----
 
 LiteralField::LiteralField(QWidget* parent) : TextField(parent) {
-  line_->setFont(theme().mono);
+  use_font(*line_, &Theme::mono);
   line_->setPlaceholderText("as Lua");
 }
 
@@ -294,7 +294,7 @@ ScriptField::ScriptField(QWidget* parent) : Field(parent), edit_(new QPlainTextE
   row->setContentsMargins(0, 0, 0, 0);
   row->addWidget(edit_);
   setFocusProxy(edit_);
-  edit_->setFont(theme().code);
+  use_font(*edit_, &Theme::code);
   edit_->setTabChangesFocus(true);
   edit_->installEventFilter(this);
   setMinimumHeight(theme().px(60));
@@ -464,7 +464,7 @@ ColourField::ColourField(QWidget* parent) : Field(parent), line_(new QLineEdit(t
   setFocusPolicy(Qt::StrongFocus);
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   line_->setFrame(false);
-  line_->setFont(theme().mono);
+  use_font(*line_, &Theme::mono);
   line_->setStyleSheet(QStringLiteral("border: 0px; background: transparent; padding: 0px;"));
   QObject::connect(line_, &QLineEdit::textEdited, this, [this](const QString& s) {
     if (s.trimmed().isEmpty()) value_.reset();
@@ -523,7 +523,7 @@ void ColourField::resizeEvent(QResizeEvent* event) {
 }
 
 void ColourField::changeEvent(QEvent* event) {
-  if (event->type() == QEvent::StyleChange) line_->setFont(theme().mono);
+  if (event->type() == QEvent::StyleChange) use_font(*line_, &Theme::mono);
   Field::changeEvent(event);
 }
 
