@@ -626,7 +626,11 @@ Result<void> set_path(CommandContext& ctx, AnyId id, const std::string& path, co
     const auto at = model::find_for_change(model::content(r.body), path);
     RMP_TRY(read_field(ctx, r.body, *at, value, path));
     if (auto* parametric = model::parametric_of(r.body)) ctx.expressions.keep(*parametric);
-    applies = !at->field || !at->field->counts || !at->owner || at->field->counts(at->owner);
+    // A step with a value that its kind does not have is refused as a whole.
+    const bool is_checked =
+        at->field && model::type_of<model::TaskStep>().field(at->field->name) == at->field;
+    applies = is_checked || !at->field || !at->field->counts || !at->owner ||
+              at->field->counts(at->owner);
     return {};
   });
   if (!done.ok()) return std::move(done).error().in(name_in(ctx, id));
