@@ -164,14 +164,14 @@ TEST(SchemaForms, ExamplesAsArgumentsAreThoseOfTheExamples) {
     const auto kept = read_literal(example_arguments(name));
     ASSERT_TRUE(kept.ok() && kept->as_map())
         << name
-        << " has no arguments as data; ROBOMOSP_UPDATE_DOCS=1 schema_forms_test writes them";
+        << " has no arguments as data; ROBOMOSP_UPDATE_DOCS=1 ioci_examples_test writes them";
     const CommandSpec* spec = program().commands.find(name);
     EXPECT_EQ(misfit(spec->params, *kept->as_map()), "") << name;
     const auto now = read_literal(text);
     ASSERT_TRUE(now.ok()) << text;
     for (const auto& [argument, value] : *now->as_map())
       EXPECT_NE(kept->as_map()->find(argument), nullptr)
-          << name << " {" << argument << "=}; ROBOMOSP_UPDATE_DOCS=1 schema_forms_test writes it";
+          << name << " {" << argument << "=}; ROBOMOSP_UPDATE_DOCS=1 ioci_examples_test writes it";
   }
   EXPECT_GT(recorded.size(), 400U);
   std::cout << "Note: " << recorded.size() << " examples are kept as arguments.\n";
