@@ -617,74 +617,53 @@ void NavigatorModel::take_recordings(const List& rows) {
   std::vector<NodePtr> wanted;
   for (const Value& value : rows) {
     const Map& row = map_of(value);
-    const auto id = handle_at(row, "recording");
-    if (!id) continue;
-    auto node = std::make_unique<Node>();
-    node->type = RowType::other;
-    node->key = key_of(*id);
-    node->record = *id;
-    node->kind = "recording";
-    node->icon = "recording";
-    node->name = shown(text_at(row, "title"));
-    node->detail = QString::number(whole_at(row, "samples")) + " rows" +
-                   (flag_at(row, "stale") ? ", out of date" : "");
-    node->load = Node::Load::done;
-    wanted.push_back(std::move(node));
+    if (const auto id = handle_at(row, "recording"))
+      wanted.push_back(other_row(*id, "recording", row,
+                                 QString::number(whole_at(row, "samples")) + " rows" +
+                                     (flag_at(row, "stale") ? ", out of date" : "")));
   }
-  Node* at = section("recordings");
-  if (!at && wanted.empty()) return;
-  if (!at) {
-    const int row = static_cast<int>(root_->children.size()) - 1;
-    beginInsertRows({}, row, row);
-    auto node = std::make_unique<Node>();
-    node->type = RowType::section;
-    node->key = "recordings";
-    node->name = "Recordings";
-    node->kind = "section";
-    node->icon = "recording";
-    node->load = Node::Load::done;
-    node->parent = root_.get();
-    at = node.get();
-    root_->children.insert(root_->children.end() - 1, std::move(node));
-    for (std::size_t i = 0; i < root_->children.size(); ++i)
-      root_->children[i]->row = static_cast<int>(i);
-    endInsertRows();
-  }
-  at->detail = QString::number(wanted.size());
-  merge(*at, std::move(wanted));
-  changed(*at);
+  show_section("recordings", "Recordings", "recording", std::move(wanted));
 }
 
 void NavigatorModel::take_runs(const List& rows) {
   std::vector<NodePtr> wanted;
   for (const Value& value : rows) {
     const Map& row = map_of(value);
-    const auto id = handle_at(row, "id");
-    if (!id) continue;
-    auto node = std::make_unique<Node>();
-    node->type = RowType::other;
-    node->key = key_of(*id);
-    node->record = *id;
-    node->kind = "run";
-    node->icon = "run";
-    node->name = shown(text_at(row, "title"));
-    node->detail = flag_at(row, "is_over")      ? "over"
-                   : flag_at(row, "is_playing") ? "playing"
-                                                : "paused";
-    node->load = Node::Load::done;
-    wanted.push_back(std::move(node));
+    if (const auto id = handle_at(row, "id"))
+      wanted.push_back(other_row(*id, "run", row,
+                                 flag_at(row, "is_over")      ? "over"
+                                 : flag_at(row, "is_playing") ? "playing"
+                                                              : "paused"));
   }
-  Node* at = section("runs");
+  show_section("runs", "Live runs", "run", std::move(wanted));
+}
+
+NavigatorModel::NodePtr NavigatorModel::other_row(const Handle& id, const char* kind,
+                                                  const Map& row, const QString& detail) {
+  auto node = std::make_unique<Node>();
+  node->type = RowType::other;
+  node->key = key_of(id);
+  node->record = id;
+  node->kind = node->icon = kind;
+  node->name = shown(text_at(row, "title"));
+  node->detail = detail;
+  node->load = Node::Load::done;
+  return node;
+}
+
+void NavigatorModel::show_section(const char* key, const char* name, const char* icon,
+                                  std::vector<NodePtr> wanted) {
+  Node* at = section(key);
   if (!at && wanted.empty()) return;
   if (!at) {
     const int row = static_cast<int>(root_->children.size()) - 1;
     beginInsertRows({}, row, row);
     auto node = std::make_unique<Node>();
     node->type = RowType::section;
-    node->key = "runs";
-    node->name = "Live runs";
+    node->key = key;
+    node->name = name;
     node->kind = "section";
-    node->icon = "run";
+    node->icon = icon;
     node->load = Node::Load::done;
     node->parent = root_.get();
     at = node.get();

@@ -76,6 +76,12 @@ class NavigatorModel : public QAbstractItemModel {
   void ask_others();
   void take_recordings(const List& rows);
   void take_runs(const List& rows);
+  /// A recording or run, with its title.
+  [[nodiscard]] static NodePtr other_row(const Handle& id, const char* kind, const Map& row,
+                                         const QString& detail);
+  /// Shows rows in a section above the library; without rows no section is made.
+  void show_section(const char* key, const char* name, const char* icon,
+                    std::vector<NodePtr> wanted);
   void ask_library(Node& section);
   void ask_outline(Node& node, std::size_t at_least);
   void take_outline(Node& node, const List& groups);

@@ -192,33 +192,33 @@ void JointSection::send(const List& q) {
   else client_.call("world.set_robot_q", std::move(args), done);
 }
 
-void JointSection::edit_joints(Field::Stage stage) {
+bool JointSection::is_edit(Field::Stage stage) {
   switch (stage) {
-    case Field::Stage::drag_begun: return begin();
-    case Field::Stage::drag_ended: return end(true);
-    case Field::Stage::drag_cancelled: return end(false);
+    case Field::Stage::drag_begun: begin(); return false;
+    case Field::Stage::drag_ended: end(true); return false;
+    case Field::Stage::drag_cancelled: end(false); return false;
     case Field::Stage::dragged:
     case Field::Stage::changed: break;
   }
+  return true;
+}
+
+List JointSection::shown_joints() const {
   List q;
   for (const JointRow* row : rows_) q.push_back(row->value().value_or(Value(0.0)));
-  send(q);
+  return q;
+}
+
+void JointSection::edit_joints(Field::Stage stage) {
+  if (is_edit(stage)) send(shown_joints());
 }
 
 void JointSection::edit_pose(Field::Stage stage) {
-  switch (stage) {
-    case Field::Stage::drag_begun: return begin();
-    case Field::Stage::drag_ended: return end(true);
-    case Field::Stage::drag_cancelled: return end(false);
-    case Field::Stage::dragged:
-    case Field::Stage::changed: break;
-  }
-  List seed;
-  for (const JointRow* row : rows_) seed.push_back(row->value().value_or(Value(0.0)));
+  if (!is_edit(stage)) return;
   const int number = ++poses_asked_;
   ask(client_, "robot.solve_ik",
-      Map{{"id", robot_}, {"target", tool_->value().value_or(Value())}, {"seed", seed}}, this,
-      [this, number](const Result<Value>& r) {
+      Map{{"id", robot_}, {"target", tool_->value().value_or(Value())}, {"seed", shown_joints()}},
+      this, [this, number](const Result<Value>& r) {
         if (number != poses_asked_) return;
         const Map* m = r.ok() ? r->as_map() : nullptr;
         const Value* q = m ? m->find("q") : nullptr;

@@ -44,6 +44,9 @@ class JointSection : public QWidget {
   void make_rows(const List& links, const Value* poses);
   void show_q(const std::vector<double>& q);
   void ask_pose();
+  /// Begins or ends the gesture of a drag; true if values are to be sent.
+  bool is_edit(Field::Stage stage);
+  [[nodiscard]] List shown_joints() const;
   void edit_joints(Field::Stage stage);
   void edit_pose(Field::Stage stage);
   void send(const List& q);

@@ -522,11 +522,6 @@ void ColourField::resizeEvent(QResizeEvent* event) {
   Field::resizeEvent(event);
 }
 
-void ColourField::changeEvent(QEvent* event) {
-  if (event->type() == QEvent::StyleChange) use_font(*line_, &Theme::mono);
-  Field::changeEvent(event);
-}
-
 void ColourField::paintEvent(QPaintEvent*) {
   const Theme& t = theme();
   QPainter p(this);

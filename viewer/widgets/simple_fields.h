@@ -120,7 +120,6 @@ class ColourField : public Field {
   void mousePressEvent(QMouseEvent* event) override;
   void keyPressEvent(QKeyEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
-  void changeEvent(QEvent* event) override;
 
  private:
   void choose(const QColor& colour, Stage stage);
