@@ -79,6 +79,13 @@ void drag(QWidget* w, QPoint from, QPoint by, Qt::KeyboardModifiers keys = {},
   if (releases) QTest::mouseRelease(w, Qt::LeftButton, keys, from + by);
 }
 
+/// Whether a drag of selected text begins there, in which Qt waits for the real mouse button.
+bool starts_text_drag(const QWidget* w) {
+  if (const auto* label = qobject_cast<const QLabel*>(w))
+    return label->textInteractionFlags().testFlag(Qt::TextSelectableByMouse);
+  return qobject_cast<const QPlainTextEdit*>(w) || qobject_cast<const QPlainTextEdit*>(w->parent());
+}
+
 /// Types a text into a number field and takes it.
 void type_number(NumberField* f, const QString& text) {
   QTest::keyClick(f, Qt::Key_F2);
@@ -1102,8 +1109,6 @@ TEST_F(Properties, EveryKindOfRecordIsShown) {
 
 // Seeded random clicks, drags, keys and texts on everything that is shown, popups included.
 TEST_F(Properties, RandomInputDoesNoHarm) {
-  if (!std::getenv("ROBOMOSP_RANDOM_SECONDS"))
-    GTEST_SKIP() << "runs by ROBOMOSP_RANDOM_SECONDS=8: once in four it hung or crashed at its end";
   select({{handle_of("solid", "bush"), "hole"}});
   QWidget other;
   other.resize(1000, 760);
@@ -1155,7 +1160,7 @@ TEST_F(Properties, RandomInputDoesNoHarm) {
         break;
       case 3:
       case 4:
-        if (!is_run)
+        if (!is_run && !starts_text_drag(w))
           drag(w, at, QPoint(static_cast<int>(random(80)) - 40, 0),
                random(2) ? Qt::ShiftModifier : Qt::NoModifier);
         break;
