@@ -72,7 +72,7 @@ Result<void> limits_of_profile(const Workshop& with, AnyId id, const task::Progr
       for (const task::AdditionalJoint& a : lead->additional)
         if (a.rail >= 0) rail[static_cast<std::size_t>(a.rail)] = {a.number, a.is_rotary};
     }
-    // program.post tells contradictions.
+    // program.post reports contradictions.
     RMP_TRY(profile.use(std::move(*maker), placed.name, rail));
     for (const PostAxis& a : profile.axes) {
       const bool has_limits = std::any_of(c.axes.begin(), c.axes.end(), [&](const auto& own) {

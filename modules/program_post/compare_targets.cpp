@@ -35,7 +35,7 @@ Result<void> read_back(const Workshop& with, const rmp_code& program, const Post
   RMP_TRY_ASSIGN(const ReadBack read,
                  read_posted(with, side.files, posted.axes ? &posted.axes->record : nullptr));
   side.not_read = read.not_read;
-  // What it could not say is told; all the rest is compared.
+  // What it could not write is reported; all the rest is compared.
   for (const ReadBack::Unread& u : read.not_said) {
     SideFault told{"error", "", u.message, "", 0};
     if (const auto at = side.source_of.find({u.file, u.line}); at != side.source_of.end())

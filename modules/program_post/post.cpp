@@ -358,7 +358,7 @@ Result<std::shared_ptr<const CompiledProgram>> flatten_it(const Workshop& with,
   return std::shared_ptr<const CompiledProgram>(std::move(tables));
 }
 
-/// The place that an error of a run tells as "file:line:column"; nothing = it tells none.
+/// The place that an error of a run gives as "file:line:column"; nothing = it gives none.
 std::optional<rmp_span> place_in(const rmp_code& code, std::string_view where) {
   const auto words = text::split(where, ':');
   if (words.size() < 3) return std::nullopt;

@@ -162,8 +162,8 @@ void LiveScene::work() {
       }
     }
     const std::lock_guard lock(mutex_);
-    // What was stopped by something newer goes on with that. A script may be stopped with a command
-    // of its session, and is asked again, but a provider that always says so is not.
+    // What was stopped by something newer continues with that. A script may be stopped with a
+    // command of its session, and is asked again, but a provider that always says so is not.
     stops_ = frame.ok() || version != version_ ? 0 : stops_ + 1;
     if (frame.ok() || stops_ == kMostStops) {
       shown_ = version;

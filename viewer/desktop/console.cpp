@@ -123,7 +123,8 @@ Console::Console(Desk& desk, Settings& settings, QWidget* parent)
   search_ = new QLineEdit;
   search_->setObjectName("console_search");
   search_->setAccessibleName("Text to find in the history");
-  search_->setToolTip("Part of an earlier line; Ctrl+R goes on, Enter takes it, Escape ends");
+  search_->setToolTip(
+      "Part of an earlier line; Ctrl+R finds the next, Enter takes it, Escape ends");
   search_->setPlaceholderText("Part of an earlier line");
   found_ = new QLabel;
   found_->setObjectName("console_found");

@@ -98,7 +98,7 @@ class DockHead : public QWidget {
   int themed_ = theme_revision();
 };
 
-/// Stands for the head of a dock whose title is in its tab.
+/// In place of the head of a dock, when its title is in its tab.
 class NoHead : public QWidget {
  public:
   explicit NoHead(QDockWidget& dock) {

@@ -8,7 +8,7 @@
 namespace robomosp::viewer {
 namespace {
 
-/// `@name` stands for a colour of the theme, `4px` for four pixels at its zoom.
+/// `@name` is replaced by a colour of the theme, `4px` by four pixels at its zoom.
 constexpr const char* kSheet = R"(
 QMainWindow, QMainWindow > QStackedWidget { background: @window; }
 QMainWindow::separator { background: @line; width: 1px; height: 1px; }

@@ -291,7 +291,7 @@ Result<std::string> reader_of(CommandContext& ctx, const std::filesystem::path& 
   }
   if (candidates.size() == 1) return candidates[0].name;
   RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
-  const std::string source = program::as_utf8(bytes);  // read_foreign tells what it was in
+  const std::string source = program::as_utf8(bytes);  // read_foreign reports its encoding
   if (source.starts_with("robomosp program "))
     return error(ErrorCode::invalid_argument, "it is a program saved by program.save",
                  "Read it with program.load.", path.filename().string());

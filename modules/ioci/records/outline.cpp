@@ -30,8 +30,8 @@ constexpr const char* kRowType =
     "refers?: ref:any \"The record that it places or runs.\"; parent?: int \"Number of the part "
     "that it belongs to.\"}>";
 
-/// The choice of a word or provider that tells one element from its neighbours, and the record that
-/// it refers to.
+/// The choice of a word or provider that distinguishes one element from its neighbours, and the
+/// record that it refers to.
 struct ElementFacts {
   std::string detail;
   AnyId refers;
