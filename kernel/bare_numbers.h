@@ -38,7 +38,11 @@ class BareNumbers {
   /// Records a number read as `unit` if its value is unlikely: angles above two turns and up to
   /// 1080 (three turns in degrees), lengths from 100 m to 100 km.
   static void number(std::string_view path, double value, std::string_view unit) {
-    if (value > kLeastUnlikely || value < -kLeastUnlikely) judge(path, value, unit);
+    if (!is_likely(value)) judge(path, value, unit);
+  }
+  /// True if number() ignores the value in every unit.
+  [[nodiscard]] static constexpr bool is_likely(double value) {
+    return value <= kLeastUnlikely && value >= -kLeastUnlikely;
   }
   /// Records a number that its reader knows to be unlikely in "rad", "m", "rad/s" or "m/s".
   static void unlikely(std::string_view path, double value, std::string_view unit);

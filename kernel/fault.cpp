@@ -176,11 +176,22 @@ void put_member(Map& m, const char* key, List inner) {
   if (!inner.empty()) m.append(key, Value(std::move(inner)));
 }
 
+/// Paths into records have one form, "links.2.a": that of expressions, outlines and origins.
+std::string record_path(std::string_view path) {
+  std::string out;
+  out.reserve(path.size());
+  for (const char c : path) {
+    if (c == '[') out += '.';
+    else if (c != ']') out += c;
+  }
+  return out;
+}
+
 Map map_of(const FaultSubject& s) {
   Map m;
   put_member(m, "record", s.record);
   put_member(m, "name", s.name);
-  put_member(m, "path", s.path);
+  put_member(m, "path", record_path(s.path));
   put_member(m, "command", s.command);
   put_member(m, "argument", s.argument);
   put_member(m, "provider", s.provider);

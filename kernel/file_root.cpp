@@ -7,6 +7,7 @@
 #include <deque>
 #include <system_error>
 
+#include "kernel/folder_names.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
 
@@ -536,9 +537,17 @@ Result<void> rename_file(const fs::path& from, const fs::path& to) {
   return {};
 }
 
-Result<std::vector<FolderEntry>> list_folder(const fs::path& path, std::size_t most) {
-  const FileRoot* root = current_file_root();
+namespace {
+
+/// A folder that is open for reading its entries.
+struct OpenFolder {
   FileDescriptor fd;
+  std::unique_ptr<DIR, int (*)(DIR*)> dir{nullptr, ::closedir};
+};
+
+Result<OpenFolder> open_folder(const fs::path& path) {
+  const FileRoot* root = current_file_root();
+  OpenFolder out;
   bool is_walked = false;
   constexpr int kFlags = O_RDONLY | O_DIRECTORY | O_NONBLOCK | O_CLOEXEC;
   if (root) {
@@ -547,23 +556,47 @@ Result<std::vector<FolderEntry>> list_folder(const fs::path& path, std::size_t m
     if (is_walked) {
       RMP_TRY_ASSIGN(const Walked w, walked(root->held(), place, path));
       if (!w.is_there) return missing(path);
-      fd = FileDescriptor(::openat(w.dir.get(), w.last.c_str(), kFlags | O_NOFOLLOW));
+      out.fd = FileDescriptor(::openat(w.dir.get(), w.last.c_str(), kFlags | O_NOFOLLOW));
     }
   }
-  if (!is_walked) fd = FileDescriptor(::open(path.c_str(), kFlags));
-  if (!fd.is_open()) return failed(path, "list", errno);
-  if (root && is_made_up(fd.get())) return failed(path, "list", EACCES);
-  const int again = ::fcntl(fd.get(), F_DUPFD_CLOEXEC, 0);
-  const std::unique_ptr<DIR, int (*)(DIR*)> dir(again >= 0 ? ::fdopendir(again) : nullptr,
-                                                ::closedir);
-  if (!dir) {
+  if (!is_walked) out.fd = FileDescriptor(::open(path.c_str(), kFlags));
+  if (!out.fd.is_open()) return failed(path, "list", errno);
+  if (root && is_made_up(out.fd.get())) return failed(path, "list", EACCES);
+  const int again = ::fcntl(out.fd.get(), F_DUPFD_CLOEXEC, 0);
+  out.dir.reset(again >= 0 ? ::fdopendir(again) : nullptr);
+  if (!out.dir) {
     const int number = errno;
     if (again >= 0) ::close(again);
     return failed(path, "list", number);
   }
+  return out;
+}
+
+/// Kind and size of an entry; false if it no longer exists.
+bool look_at(const OpenFolder& in, const fs::path& path, FolderEntry& e) {
+  struct stat s {};
+  if (::fstatat(in.fd.get(), e.name.c_str(), &s, AT_SYMLINK_NOFOLLOW) != 0) return false;
+  e.kind = file_kind_of(s);
+  if (S_ISLNK(s.st_mode)) {
+    e.kind = file_kind(path / e.name);
+    if (e.kind == FileKind::file)
+      if (const auto target = open_to_read(path / e.name);
+          !target.ok() || ::fstat(target->get(), &s) != 0)
+        e.kind = FileKind::none;
+  }
+  if (e.kind == FileKind::file) e.size = static_cast<std::uint64_t>(s.st_size);
+  return true;
+}
+
+bool is_before(const FolderEntry& a, const FolderEntry& b) { return a.name < b.name; }
+
+}  // namespace
+
+Result<std::vector<FolderEntry>> list_folder(const fs::path& path, std::size_t most) {
+  RMP_TRY_ASSIGN(const OpenFolder in, open_folder(path));
   std::vector<FolderEntry> out;
-  while (const dirent* entry = ::readdir(dir.get())) {
-    const std::string name = entry->d_name;
+  while (const dirent* entry = ::readdir(in.dir.get())) {
+    const std::string_view name = entry->d_name;
     if (name == "." || name == "..") continue;
     if (out.size() >= most)
       return error(ErrorCode::unsupported,
@@ -572,21 +605,42 @@ Result<std::vector<FolderEntry>> list_folder(const fs::path& path, std::size_t m
                    "Keep the files in several folders.");
     FolderEntry e;
     e.name = name;
-    struct stat s {};
-    if (::fstatat(fd.get(), name.c_str(), &s, AT_SYMLINK_NOFOLLOW) != 0) continue;  // gone again
-    e.kind = file_kind_of(s);
-    if (S_ISLNK(s.st_mode)) {
-      e.kind = file_kind(path / name);
-      if (e.kind == FileKind::file)
-        if (const auto target = open_to_read(path / name);
-            !target.ok() || ::fstat(target->get(), &s) != 0)
-          e.kind = FileKind::none;
-    }
-    if (e.kind == FileKind::file) e.size = static_cast<std::uint64_t>(s.st_size);
-    out.push_back(std::move(e));
+    if (look_at(in, path, e)) out.push_back(std::move(e));
   }
-  std::sort(out.begin(), out.end(),
-            [](const FolderEntry& a, const FolderEntry& b) { return a.name < b.name; });
+  std::sort(out.begin(), out.end(), is_before);
+  return out;
+}
+
+Result<std::vector<FolderEntry>> first_names(
+    const fs::path& path, std::size_t most,
+    const std::function<bool(std::string_view, FileKind)>& wanted) {
+  RMP_TRY_ASSIGN(const OpenFolder in, open_folder(path));
+  std::vector<FolderEntry> out;  // a heap once it is full, the last name on top
+  while (const dirent* entry = ::readdir(in.dir.get())) {
+    const std::string_view name = entry->d_name;
+    if (name == "." || name == "..") continue;
+    const bool is_full = out.size() >= most;
+    if (is_full && (most == 0 || name >= out.front().name)) continue;
+    FolderEntry e;
+    if (entry->d_type == DT_REG || entry->d_type == DT_DIR) {
+      e.kind = entry->d_type == DT_REG ? FileKind::file : FileKind::folder;
+      if (!wanted(name, e.kind)) continue;
+      e.name = name;
+    } else {  // a link, or a file system that does not say
+      e.name = name;
+      if (!look_at(in, path, e) || !wanted(name, e.kind)) continue;
+      e.size = 0;
+    }
+    if (is_full) {
+      std::pop_heap(out.begin(), out.end(), is_before);
+      out.back() = std::move(e);
+      std::push_heap(out.begin(), out.end(), is_before);
+    } else {
+      out.push_back(std::move(e));
+      if (out.size() == most) std::make_heap(out.begin(), out.end(), is_before);
+    }
+  }
+  std::sort(out.begin(), out.end(), is_before);
   return out;
 }
 

@@ -185,8 +185,9 @@ class PartChecker {
  public:
   explicit PartChecker(std::size_t most) : most_(most) {}
 
+  /// `of` is the variant that the fields are a case of, and `m` decides which.
   void fields(const Schema& schema, const Map& m, const std::string& path, std::string_view also,
-              const TypeTree* rest) {
+              const TypeTree* rest, const TypeTree* of = nullptr) {
     for (const auto& [name, v] : m) {
       if (name == also) continue;
       const ParamSpec* spec = find_param(schema, name);
@@ -197,7 +198,9 @@ class PartChecker {
       } else if (rest) {
         if (!v.is_nil()) value(*rest, part_spec(*rest, nullptr), v, path_of_field(path, name));
       } else {
-        add(unknown_argument(schema, name, path));
+        Fault f = unknown_argument(schema, name, path);
+        if (of) name_cases(f, *of, *m.find(of->decided_by)->as_string(), name);
+        add(std::move(f));
       }
     }
     for (const ParamSpec& p : schema) {
@@ -326,7 +329,7 @@ class PartChecker {
     const Value* word = m->find(t.decided_by);
     if (const std::string* name = word ? word->as_string() : nullptr)
       for (const auto& [known, schema] : t.cases)
-        if (known == *name) return fields(schema, *m, path, t.decided_by, nullptr);
+        if (known == *name) return fields(schema, *m, path, t.decided_by, nullptr, &t);
     ParamSpec decides;
     decides.name = t.decided_by;
     decides.type = "enum";
@@ -482,6 +485,17 @@ bool has_unchecked_parts(const ParamSpec& spec) {
     case TypeKind::member: return plain_type(spec.type) == "any";
     default: return true;
   }
+}
+
+void name_cases(Fault& f, const TypeTree& variant, std::string_view own, std::string_view name) {
+  std::string others;
+  for (const auto& [known, schema] : variant.cases)
+    if (known != own && find_param(schema, name))
+      others += (others.empty() ? "" : " or ") + variant.decided_by + " = " + text::quote(known);
+  f.message += " of " + variant.decided_by + " = " + text::quote(own);
+  if (!others.empty())
+    f.hint =
+        text::quote(name) + " is one of " + others + "." + (f.hint.empty() ? "" : " ") + f.hint;
 }
 
 std::vector<Fault> part_faults(const ParamSpec& spec, const Value& v, std::string_view path,

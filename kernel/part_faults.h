@@ -34,5 +34,7 @@ Result<void> check_count(const TypeTree&, const Value& checked, std::string_view
 [[nodiscard]] Error missing_argument(const ParamSpec&, std::string_view path);
 /// The fault of a name that a table at `path` does not have; "" = the arguments themselves.
 [[nodiscard]] Fault unknown_argument(const Schema&, std::string_view name, std::string_view path);
+/// Completes the fault of a name that the case `own` of a variant does not have: which cases do.
+void name_cases(Fault&, const TypeTree& variant, std::string_view own, std::string_view name);
 
 }  // namespace robomosp

@@ -725,9 +725,16 @@ PluginLoader::~PluginLoader() {
   g_registry.compare_exchange_strong(registry, before_);
 }
 
+/// If set, the folders of the user are not searched, as for robomosp-desktop --safe.
+constexpr const char* kShippedOnly = "ROBOMOSP_SHIPPED_PLUGINS_ONLY";
+
 std::vector<fs::path> PluginLoader::search_path(const std::vector<fs::path>& given) {
   std::vector<fs::path> path;
   for (const fs::path& folder : given) append_unique(path, folder);
+  if (const char* only = std::getenv(kShippedOnly); only && *only) {
+    append_unique(path, shipped_folder());
+    return path;
+  }
   if (const char* listed = std::getenv("ROBOMOSP_PLUGIN_PATH"))
     for (const std::string_view folder : text::split(listed, ':'))
       append_unique(path, fs::path(folder));

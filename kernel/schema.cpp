@@ -19,6 +19,21 @@
 namespace robomosp {
 namespace {
 
+/// A parameter reduced to its plain type, for checking values. Holds views of the ParamSpec, which
+/// must outlive it; copies would be made for each argument of each call.
+struct PlainSpec {
+  std::string_view type{};  ///< plain
+  std::string_view unit{};
+  std::span<const std::string> choices{};
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool infinite = false;
+};
+
+PlainSpec plain_spec(const ParamSpec& spec, std::string_view plain) {
+  return {plain, spec.unit, spec.choices, spec.min, spec.max, spec.infinite};
+}
+
 bool is_dimensionless(std::string_view unit) { return unit.empty() || unit == "1"; }
 
 /// `a real in m/s`, `a real`
@@ -43,8 +58,8 @@ std::string example_real(std::string_view unit) {
   return "0.1 or \"0.1 " + std::string(unit) + "\"";
 }
 
-std::string example(const ParamSpec& spec) {
-  const std::string_view type = plain_type(spec.type);
+std::string example(const PlainSpec& spec) {
+  const std::string_view type = spec.type;
   if (type == "bool") return "Give true or false.";
   if (type == "int") return "Give a whole number such as 3.";
   if (type == "real") return "Give a number such as " + example_real(spec.unit) + ".";
@@ -70,15 +85,16 @@ std::vector<std::string> units_of_entries(std::string_view unit) {
 }
 
 /// The kind of thing a parameter takes, with its article.
-std::string kind_name(const ParamSpec& spec) {
-  const std::string_view type = plain_type(spec.type);
+std::string kind_name(const PlainSpec& spec) {
+  const std::string_view type = spec.type;
   if (type == "real") return real_in(spec.unit);
   if (type == "real[]")
-    return is_dimensionless(spec.unit) ? "a list of reals" : "a list of reals in " + spec.unit;
+    return is_dimensionless(spec.unit) ? "a list of reals"
+                                       : "a list of reals in " + std::string(spec.unit);
   if (type == "int") return "an integer";
   if (type == "enum") return "one of the choices";
   if (type == "vec3")
-    return is_dimensionless(spec.unit) ? "three reals" : "three reals in " + spec.unit;
+    return is_dimensionless(spec.unit) ? "three reals" : "three reals in " + std::string(spec.unit);
   if (type == "any") return "a value";
   if (type.starts_with("ref:")) {
     std::string kinds(type.substr(4));
@@ -124,7 +140,7 @@ Error wrong_count(std::string_view path, std::string message, std::string hint =
   return fault(path, std::move(message), std::move(hint), "argument.wrong_count");
 }
 
-Error wrong_type(const ParamSpec& spec, const Value& v, std::string_view path) {
+Error wrong_type(const PlainSpec& spec, const Value& v, std::string_view path) {
   return fault(path, shown(v) + " is not " + kind_name(spec), example(spec), "argument.wrong_type");
 }
 
@@ -135,7 +151,7 @@ std::string with_unit(double v, std::string_view unit) {
 /// "greater than 0" for the least positive double and its like.
 bool is_just_above_zero(double min) { return min > 0 && min <= 1e-300; }
 
-std::string range_text(const ParamSpec& spec) {
+std::string range_text(const PlainSpec& spec) {
   const bool low = spec.min != -std::numeric_limits<double>::infinity();
   const bool high = spec.max != std::numeric_limits<double>::infinity();
   if (!low && !high) return {};
@@ -147,7 +163,7 @@ std::string range_text(const ParamSpec& spec) {
              : "at most " + with_unit(spec.max, spec.unit);
 }
 
-Result<double> check_range(const ParamSpec& spec, double v, std::string_view path) {
+Result<double> check_range(const PlainSpec& spec, double v, std::string_view path) {
   if (std::isnan(v) || (std::isinf(v) && !spec.infinite))
     return fault(path, text::print(v) + " is not a finite number",
                  "Give a number such as " + example_real(spec.unit) + ".");
@@ -158,8 +174,13 @@ Result<double> check_range(const ParamSpec& spec, double v, std::string_view pat
   return v;
 }
 
+/// True if a number is in range and of a likely size, so that nothing is recorded.
+bool fits_silently(const PlainSpec& spec, double v) {
+  return std::isfinite(v) && v >= spec.min && v <= spec.max && BareNumbers::is_likely(v);
+}
+
 /// Any number within the unit, not yet range-checked.
-Result<double> read_real(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<double> read_real(const PlainSpec& spec, const Value& v, std::string_view path) {
   if (v.is_number()) {
     BareNumbers::number(path, v.number(), spec.unit);
     return v.number();
@@ -207,15 +228,19 @@ std::vector<std::string_view> pieces(std::string_view s) {
 }
 
 /// The reals of an array, a list, or a text; ranges checked entry by entry. nullopt = another type.
-Result<std::optional<std::vector<double>>> read_reals(const ParamSpec& spec, const Value& v,
+Result<std::optional<std::vector<double>>> read_reals(const PlainSpec& spec, const Value& v,
                                                       std::string_view path) {
-  ParamSpec one = spec;
+  PlainSpec one = spec;
   one.type = "real";
   const std::vector<std::string> entry_units = units_of_entries(spec.unit);
   std::vector<double> numbers;
   const auto add = [&](const Value& item) -> Result<void> {
-    const std::string here = element_path(path, numbers.size());
     if (numbers.size() < entry_units.size()) one.unit = entry_units[numbers.size()];
+    if (item.is_number() && fits_silently(one, item.number())) {
+      numbers.push_back(item.number());
+      return {};
+    }
+    const std::string here = element_path(path, numbers.size());
     RMP_TRY_ASSIGN(const double read, read_real(one, item, here));
     RMP_TRY_ASSIGN(const double checked, check_range(one, read, here));
     numbers.push_back(checked);
@@ -327,7 +352,7 @@ Result<Value> pose_from_matrix(const std::vector<double>& m, std::string_view pa
 
 /// Numbers of one part of a pose: position [m] or angles [rad].
 Result<std::vector<double>> pose_part(const Value& v, std::string_view path, const char* unit) {
-  ParamSpec part;
+  PlainSpec part;
   part.type = "vec3";
   part.unit = unit;
   RMP_TRY_ASSIGN(auto numbers, read_reals(part, v, path));
@@ -349,7 +374,7 @@ Matrix3 rotation_about(const std::array<double, 3>& axis, double angle) {
 
 /// {w, x, y, z} of any length but zero.
 Result<Matrix3> rotation_of_quaternion(const Value& v, const std::string& path) {
-  ParamSpec part;
+  PlainSpec part;
   part.type = "real[]";
   RMP_TRY_ASSIGN(const auto q, read_reals(part, v, path));
   constexpr const char* kHint = "Give {w, x, y, z}.";
@@ -386,7 +411,7 @@ Result<Matrix3> rotation_of_axis_angle(const Value& v, const std::string& path) 
   }
   if (items.size() != 4)
     return wrong_count(path, numbers_given(items.size()) + "; four are needed", kHint);
-  ParamSpec part;
+  PlainSpec part;
   part.type = "real[]";
   part.unit = ", , , rad";
   RMP_TRY_ASSIGN(const auto n, read_reals(part, Value(std::move(items)), path));
@@ -461,14 +486,15 @@ Result<Value> check_pose_map(const Map& map, std::string_view path) {
 }
 
 /// Rows of equal length; nullopt = another type.
-Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Value& v,
+Result<std::optional<NumericArray>> read_matrix(const PlainSpec& spec, const Value& v,
                                                 std::string_view path) {
   using Read = std::optional<NumericArray>;
   if (const NumericArray* a = v.as_array()) {
     if (!a->is_matrix()) return Read();
     for (std::size_t i = 0; i < a->size(); ++i)
-      RMP_TRY(check_range(spec, (*a)[i],
-                          element_path(element_path(path, i / a->cols()), i % a->cols())));
+      if (const double x = (*a)[i]; !std::isfinite(x) || x < spec.min || x > spec.max)
+        RMP_TRY(
+            check_range(spec, x, element_path(element_path(path, i / a->cols()), i % a->cols())));
     return Read(*a);
   }
   const List* rows = v.as_list();
@@ -489,12 +515,12 @@ Result<std::optional<NumericArray>> read_matrix(const ParamSpec& spec, const Val
                          "Give rows of equal length.");
     data.insert(data.end(), numbers->begin(), numbers->end());
   }
-  return Read(NumericArray(std::move(data), rows->size(), cols, spec.unit));
+  return Read(NumericArray(std::move(data), rows->size(), cols, std::string(spec.unit)));
 }
 
-Result<Value> check_pose(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<Value> check_pose(const PlainSpec& spec, const Value& v, std::string_view path) {
   if (const Map* map = v.as_map()) return check_pose_map(*map, path);
-  ParamSpec plain;
+  PlainSpec plain;
   plain.type = "real";
   RMP_TRY_ASSIGN(const auto matrix, read_matrix(plain, v, path));
   if (matrix) {
@@ -516,7 +542,7 @@ Result<Value> check_pose(const ParamSpec& spec, const Value& v, std::string_view
   return pose_from_parts(&position, "position", &angles, "rpy", path);
 }
 
-Result<Value> check_integer(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<Value> check_integer(const PlainSpec& spec, const Value& v, std::string_view path) {
   std::optional<std::int64_t> i;
   if (v.as_int()) {
     i = *v.as_int();
@@ -531,7 +557,7 @@ Result<Value> check_integer(const ParamSpec& spec, const Value& v, std::string_v
   return Value(*i);
 }
 
-Result<Value> check_bool(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<Value> check_bool(const PlainSpec& spec, const Value& v, std::string_view path) {
   if (v.as_bool()) return v;
   if (const std::string* s = v.as_string()) {
     if (*s == "true" || *s == "yes" || *s == "on") return Value(true);
@@ -540,7 +566,7 @@ Result<Value> check_bool(const ParamSpec& spec, const Value& v, std::string_view
   return wrong_type(spec, v, path);
 }
 
-Result<Value> check_enum(const ParamSpec& spec, const Value& v, std::string_view path) {
+Result<Value> check_enum(const PlainSpec& spec, const Value& v, std::string_view path) {
   if (v.as_int()) return check_enum(spec, Value(std::to_string(*v.as_int())), path);  // degree = 5
   const std::string* s = v.as_string();
   if (!s) return wrong_type(spec, v, path);
@@ -551,9 +577,9 @@ Result<Value> check_enum(const ParamSpec& spec, const Value& v, std::string_view
                "argument.not_a_choice");
 }
 
-Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view path,
+Result<Value> check_ref(const PlainSpec& spec, const Value& v, std::string_view path,
                         const ResolveRef& resolve) {
-  const std::string_view kinds = std::string_view(spec.type).substr(4);
+  const std::string_view kinds = spec.type.substr(4);
   if (!v.as_handle() && !v.as_string())
     return fault(path, shown(v) + " is not " + kind_name(spec), "Give its name or a handle.",
                  "argument.wrong_type");
@@ -572,24 +598,6 @@ Result<Value> check_ref(const ParamSpec& spec, const Value& v, std::string_view 
     return fault(path, shown(v) + " is not " + kind_name(spec), {}, "argument.wrong_type");
   }
   return v;  // a provider's parameter: it gets the name
-}
-
-}  // namespace
-
-namespace {
-
-/// A parameter of a type with details or notes as one of its plain type.
-Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, const Value& v,
-                             std::string_view path, const ResolveRef& resolve) {
-  const TypeTree& tree = type_tree(spec.type);
-  ParamSpec one = spec;
-  one.type = plain;
-  one.unit = unit_of(spec);
-  if (one.choices.empty())
-    for (const WordInfo& w : tree.choices) one.choices.push_back(w.word);
-  RMP_TRY_ASSIGN(Value checked, check_value(one, v, path, resolve));
-  RMP_TRY(check_count(tree, checked, path));
-  return checked;
 }
 
 }  // namespace
@@ -613,11 +621,11 @@ const ParamSpec* find_param(const Schema& schema, std::string_view name) {
   return it == schema.end() ? nullptr : &*it;
 }
 
-Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path,
+namespace {
+
+Result<Value> check_plain(const PlainSpec& spec, const Value& v, std::string_view path,
                           const ResolveRef& resolve) {
-  const std::string_view type = plain_type(spec.type);
-  if (type == "any") return v;
-  if (type != spec.type) return check_detailed(spec, type, v, path, resolve);
+  const std::string_view type = spec.type;
   if (type == "bool") return check_bool(spec, v, path);
   if (type == "int") return check_integer(spec, v, path);
   if (type == "enum") return check_enum(spec, v, path);
@@ -642,8 +650,8 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
       return wrong_count(path,
                          numbers_given(numbers->size()) + "; " + kind_name(spec) + " are needed",
                          example(spec));
-    return Value(
-        NumericArray(std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : spec.unit));
+    return Value(NumericArray(
+        std::move(*numbers), is_dimensionless(spec.unit) ? std::string() : std::string(spec.unit)));
   }
   if (type == "matrix") {
     RMP_TRY_ASSIGN(auto matrix, read_matrix(spec, v, path));
@@ -666,6 +674,37 @@ Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_vie
                std::string(path));
 }
 
+/// A parameter whose type has details or notes.
+Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, const Value& v,
+                             std::string_view path, const ResolveRef& resolve) {
+  const TypeTree& tree = type_tree(spec.type);
+  PlainSpec one = plain_spec(spec, plain);
+  if (one.unit.empty()) one.unit = tree.unit;
+  std::vector<std::string> words;
+  if (one.choices.empty() && !tree.choices.empty()) {
+    for (const WordInfo& w : tree.choices) words.push_back(w.word);
+    one.choices = words;
+  }
+  RMP_TRY_ASSIGN(Value checked, check_plain(one, v, path, resolve));
+  RMP_TRY(check_count(tree, checked, path));
+  return checked;
+}
+
+/// check_value() of a parameter whose plain type is known.
+Result<Value> check_as(const ParamSpec& spec, std::string_view plain, const Value& v,
+                       std::string_view path, const ResolveRef& resolve) {
+  if (plain == "any") return v;
+  return plain == spec.type ? check_plain(plain_spec(spec, plain), v, path, resolve)
+                            : check_detailed(spec, plain, v, path, resolve);
+}
+
+}  // namespace
+
+Result<Value> check_value(const ParamSpec& spec, const Value& v, std::string_view path,
+                          const ResolveRef& resolve) {
+  return check_as(spec, plain_type(spec.type), v, path, resolve);
+}
+
 namespace {
 
 /// A path of a session whose files lie in a folder, as the path there.
@@ -679,12 +718,13 @@ Result<Value> confined(const Value& v, const std::string& name) {
 
 Error missing_argument(const ParamSpec& spec, std::string_view path) {
   const std::string_view type = plain_type(spec.type);
+  const PlainSpec plain = plain_spec(spec, type);
   return fault(path,
                type == "any" && !spec.doc.empty()
                    ? doc_words(spec.doc) + " required"
-                   : "no value is given; " + kind_name(spec) + (type == "vec3" ? " are" : " is") +
+                   : "no value is given; " + kind_name(plain) + (type == "vec3" ? " are" : " is") +
                          " required",
-               example(spec), "argument.missing");
+               example(plain), "argument.missing");
 }
 
 Fault unknown_argument(const Schema& schema, std::string_view name, std::string_view path) {
@@ -728,7 +768,7 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
       if (spec.required) add(missing_argument(spec, spec.name), spec.name);
       continue;
     }
-    Result<Value> one = check_value(spec, *v, spec.name, resolve);
+    Result<Value> one = check_as(spec, type, *v, spec.name, resolve);
     if (type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
     if (!one.ok()) {
       add(one.error(), spec.name);
@@ -769,7 +809,8 @@ std::string describe(const ParamSpec& spec) {
   } else {
     s += spec.required ? ", required" : ", optional";
   }
-  if (const std::string range = range_text(spec); !range.empty()) s += ", " + range;
+  if (const std::string range = range_text(plain_spec(spec, spec.type)); !range.empty())
+    s += ", " + range;
   s += ".";
   if (!spec.doc.empty()) {
     s += " " + spec.doc;

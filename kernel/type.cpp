@@ -711,13 +711,37 @@ Result<std::shared_ptr<const TypeTree>> parse_type(std::string_view text) {
   return keep_tree(text, std::move(tree));
 }
 
+namespace {
+
+/// A text that this thread asked about. All parts live as long as the program.
+struct Asked {
+  std::string_view text{}, plain{};  ///< without data = not known
+  const TypeTree* tree = nullptr;    ///< null = not known
+};
+
+/// The place of a text, with what is known of it. Tables of fields stay where they are, so that the
+/// address of a text nearly always tells it from others.
+Asked& asked(std::string_view text) {
+  constexpr std::size_t kPlaces = 1024;
+  thread_local std::array<Asked, kPlaces> all;
+  Asked& a = all[(reinterpret_cast<std::uintptr_t>(text.data()) >> 4U) % kPlaces];
+  if (a.text != text) a = {};
+  return a;
+}
+
+}  // namespace
+
 const TypeTree& type_tree(std::string_view text) {
+  if (const Asked& a = asked(text); a.tree) return *a.tree;
   const auto parsed = parse_type(text);
   if (!parsed.ok()) {
     const std::string sentence = parsed.error().sentence();
     RMP_CHECK(false, sentence.c_str());
   }
-  return **parsed;  // it is kept
+  Asked& a = asked(text);  // parsing may have taken its place
+  a.text = kept_text(text);
+  a.tree = parsed->get();
+  return *a.tree;
 }
 
 std::string type_fault(std::string_view text) {
@@ -757,31 +781,25 @@ std::string_view plain_word(const TypeTree& t) {
 }  // namespace
 
 std::string_view plain_type(std::string_view text) {
-  // Plain words come first: every argument of every call passes here.
-  if (text.find_first_of(" ({<@") == std::string_view::npos) {
-    if (text.starts_with("ref:")) return text;
-    if (text == "real[]") return "real[]";
-    if (text.find(':') == std::string_view::npos) {
-      for (const Word& w : kWords)
-        if (w.text == text) return w.plain;
-      return text;
-    }
+  // Every argument of every call passes here several times.
+  if (const Asked& a = asked(text); a.plain.data()) return a.plain;
+  if (text == "real[]") return "real[]";
+  if (text.find_first_of(" ({<@:") == std::string_view::npos) {
+    for (const Word& w : kWords)
+      if (w.text == text) {
+        Asked& a = asked(text);
+        a.text = w.text;
+        return a.plain = w.plain;
+      }
+    return text;
   }
-  // A thread asks for the same texts of the same tables again and again.
-  struct Answer {
-    std::string_view text, plain;  // both live as long as the program
-  };
-  constexpr std::size_t kAnswers = 512;
-  thread_local std::array<Answer, kAnswers> answers;
-  Answer& answer = answers[(reinterpret_cast<std::uintptr_t>(text.data()) >> 4U) % kAnswers];
-  if (answer.text == text) return answer.plain;
   const TypeTree& t = type_tree(text);
-  const std::string_view kept = kept_text(text);
-  const std::string_view plain = t.kind == TypeKind::reference && !t.is_unchecked
-                                     ? kept.substr(0, kept.find_first_of(" @"))
-                                     : plain_word(t);
-  answer = {kept, plain};
-  return plain;
+  const std::string_view plain =
+      t.kind == TypeKind::reference && !t.is_unchecked ? std::string_view() : plain_word(t);
+  Asked& a = asked(text);  // parsing may have taken its place
+  a.text = kept_text(text);
+  a.tree = &t;
+  return a.plain = plain.data() ? plain : a.text.substr(0, a.text.find_first_of(" @"));
 }
 
 std::string type_text(const TypeTree& t) {

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include <malloc.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -27,7 +28,9 @@
 #include "ioci/client/window_program.h"
 #include "kernel/text.h"
 #include "viewer/desktop/desktop.h"
+#include "viewer/desktop/start_times.h"
 #include "viewer/window/check_display.h"
+#include "viewer/window/graphics_report.h"
 
 namespace {
 
@@ -57,7 +60,7 @@ struct Options {
   std::string render, screenshot, tour;
   std::optional<double> at;  ///< [s]
   std::array<int, 2> size{1600, 1000};
-  bool has_size = false, software_view = false;
+  bool has_size = false, software_view = false, start_times = false, safe = false;
   std::string ellipsoid;
   std::string view = "isometric", style = "smooth", quality = "normal", section, background;
   bool orthographic = false, fast = false, no_edges = false, hidden = false, com = false,
@@ -68,6 +71,7 @@ struct Options {
   double zoom = 1;
   std::optional<Vec3> eye, target;  ///< [m]; both or neither
   std::vector<std::filesystem::path> plugin_path, library;
+  bool graphics = false;
   bool trust = false;  ///< solvers in Lua that come with files run
 };
 
@@ -260,17 +264,44 @@ viewer::DesktopOptions desktop_options(const Options& options) {
   d.tour = options.tour;
   if (options.has_size) d.size = options.size;
   d.software_view = options.software_view;
+  d.is_safe = options.safe;
   return d;
 }
 
-int run(Options options) {
+/// Keeps large blocks, such as textures and pictures, out of the heap. By default the C library
+/// raises the size from which blocks get pages of their own up to 32 MB, once such blocks are
+/// freed; later ones then fragment the heap, which never shrinks.
+void return_large_blocks() {
+  constexpr int kOwnPages = 256 * 1024, kReturned = 1024 * 1024;  // [bytes]
+  ::mallopt(M_MMAP_THRESHOLD, kOwnPages);
+  ::mallopt(M_TRIM_THRESHOLD, kReturned);
+}
+
+/// For a window that does not start or work: drivers, plugins and settings of this machine are left
+/// out. The environment also reaches the processes that it starts.
+void make_safe(Options& options) {
+  ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+  ::setenv("__GLX_VENDOR_LIBRARY_NAME", "mesa", 1);
+  ::setenv("ROBOMOSP_SHIPPED_PLUGINS_ONLY", "1", 1);
+  options.software_view = true;  // no OpenGL of the display server either
+}
+
+int run(Options options, viewer::StartTimes& times) {
+  if (options.safe) make_safe(options);
+  if (options.graphics) {
+    const bool has_display = viewer::check_display().ok();
+    std::printf("%s", viewer::graphics_report(has_display).c_str());
+    return kOk;
+  }
   // First of all, as it forks and the application has threads.
   const bool has_window = options.render.empty();
   if (has_window) {
+    return_large_blocks();
     if (const auto display = viewer::check_display(); !display.ok()) {
       fail(display.error());
       return kFailed;
     }
+    times.reached("display checked");
   }
   ioci::WindowProgramOptions program;
   program.plugin_path = options.plugin_path;
@@ -285,7 +316,12 @@ int run(Options options) {
   const auto app = ioci::start_window_program(std::move(program));
   if (!app.ok()) return fail(app.error());
 
-  if (has_window) return viewer::run_desktop(**app, desktop_options(options));
+  times.reached("program started");
+  if (has_window) {
+    viewer::DesktopOptions desktop = desktop_options(options);
+    if (options.start_times) desktop.start_times = &times;
+    return viewer::run_desktop(**app, std::move(desktop));
+  }
 
   Host host;
   ioci::LiveView::Options wanted;
@@ -422,6 +458,8 @@ std::vector<std::string> arguments(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  viewer::StartTimes times;
+  times.reached("main entered");
   Options options;
   Words words;
   ::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of whoever writes it
@@ -454,8 +492,15 @@ int main(int argc, char** argv) {
   cli.add_option("--tour", options.tour,
                  "photograph every room into this folder, dark and light, and end")
       ->type_name("FOLDER");
+  cli.add_flag("--start-times", options.start_times,
+               "print the times of the steps of the start once the window is usable, and end");
   cli.add_flag("--software-view", options.software_view,
                "draw through EGL even where the window could use OpenGL");
+  cli.add_option("--plugin-path", options.plugin_path, "folders searched for plugins first");
+  cli.add_flag("--safe", options.safe,
+               "start without the settings and layouts of the user, without plugins that are not "
+               "part of the program, and with software OpenGL")
+      ->excludes("--plugin-path");
   cli.add_option("--at", words.at, "time of the picture [s], 0 or more")->type_name("TIME");
   cli.add_option("--size", words.size,
                  "width and height of the picture [px], 16..8192 each; also WxH or W,H "
@@ -469,7 +514,7 @@ int main(int argc, char** argv) {
   cli.add_option("--target", words.target, "what the camera looks at, in the world [m]; with --eye")
       ->expected(3)
       ->type_name("X Y Z");
-  cli.add_option("--zoom", words.zoom, "0.01..100; 1 fits everything into the picture")
+  cli.add_option("--zoom", words.zoom, "0.01..100; 1 fits everything but floors into the picture")
       ->type_name("FACTOR");
   cli.add_flag("--orthographic", options.orthographic, "parallel projection");
   cli.add_option("--style", options.style, "smooth, flat, wireframe or hidden_line")
@@ -502,12 +547,13 @@ int main(int argc, char** argv) {
       ->type_name("WHICH");
   cli.add_flag("--frames", options.frames, "frames of nodes, parts or links");
   cli.add_option("--background", options.background,
-                 "with --render: studio, white, transparent or a colour such as #e8eef4");
+                 "with --render: studio, dark, white, transparent or a colour such as #e8eef4");
   cli.add_option("--quality", options.quality, "with --render: draft, normal or high")
       ->check(CLI::IsMember(std::vector<std::string>(kQualities.begin(), kQualities.end())));
   cli.add_flag("--fast", options.fast, "the same as --quality draft");
-  cli.add_option("--plugin-path", options.plugin_path, "folders searched for plugins first");
   cli.add_option("--library", options.library, "folders of materials, robots and worlds");
+  cli.add_flag("--graphics", options.graphics,
+               "print what the window draws with: Qt, display, OpenGL, fonts; and end");
   cli.add_flag("--trust", options.trust,
                "run solvers in Lua that come with files, without asking, in this run");
   try {
@@ -517,5 +563,5 @@ int main(int argc, char** argv) {
     return status == 0 ? kOk : kUsage;
   }
   if (const auto read = read_words(cli, words, options); !read.ok()) return fail(read.error());
-  return run(options);
+  return run(std::move(options), times);
 }

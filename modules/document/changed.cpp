@@ -10,14 +10,19 @@ namespace robomosp::document {
 
 std::vector<AnyId> Snapshot::State::differing_records(const State& before, const State& after) {
   std::vector<AnyId> out;
-  for (std::size_t c = 0; c < std::max(before.chunks.size(), after.chunks.size()); ++c) {
-    const auto old = c < before.chunks.size() ? before.chunks[c] : nullptr;
-    const auto now = c < after.chunks.size() ? after.chunks[c] : nullptr;
-    if (old == now) continue;
-    for (std::size_t i = 0; i < kChunk; ++i) {
-      const RecordPtr was = old ? old->slots[i].record : nullptr;
-      const RecordPtr is = now ? now->slots[i].record : nullptr;
-      if (was != is) out.push_back({(is ? is : was)->kind(), c * kChunk + i});
+  const auto page = [](const State& s, std::size_t p) {
+    return p < s.pages.size() ? s.pages[p].get() : nullptr;
+  };
+  for (std::size_t p = 0; p < std::max(before.pages.size(), after.pages.size()); ++p) {
+    const Page *old_page = page(before, p), *new_page = page(after, p);
+    for (std::size_t c = 0; old_page != new_page && c < kPage; ++c) {
+      const Chunk* old = old_page ? old_page->chunks[c].get() : nullptr;
+      const Chunk* now = new_page ? new_page->chunks[c].get() : nullptr;
+      for (std::size_t i = 0; old != now && i < kChunk; ++i) {
+        const RecordPtr was = old ? old->slots[i].record : nullptr;
+        const RecordPtr is = now ? now->slots[i].record : nullptr;
+        if (was != is) out.push_back({(is ? is : was)->kind(), (p * kPage + c) * kChunk + i});
+      }
     }
   }
   std::sort(out.begin(), out.end());

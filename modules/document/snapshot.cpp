@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "document/each_record.h"
 #include "document/state.h"
 
 #include <algorithm>
@@ -20,9 +21,11 @@ std::uint64_t name_hash(std::string_view s) {  // FNV-1a, 64 bits
 }  // namespace
 
 const Snapshot::State::Slot* Snapshot::State::slot(std::uint64_t number) const {
-  const std::uint64_t c = number / kChunk;
-  if (c >= chunks.size() || !chunks[static_cast<std::size_t>(c)]) return nullptr;
-  return &chunks[static_cast<std::size_t>(c)]->slots[static_cast<std::size_t>(number % kChunk)];
+  const std::uint64_t c = number / kChunk, p = c / kPage;
+  if (p >= pages.size() || !pages[static_cast<std::size_t>(p)]) return nullptr;
+  const auto& chunk =
+      pages[static_cast<std::size_t>(p)]->chunks[static_cast<std::size_t>(c % kPage)];
+  return chunk ? &chunk->slots[static_cast<std::size_t>(number % kChunk)] : nullptr;
 }
 
 const RecordPtr* Snapshot::State::find(AnyId id) const {
@@ -46,9 +49,10 @@ std::optional<AnyId> Snapshot::State::find(Kind kind, std::string_view name) con
 }
 
 Snapshot::State::Slot& Snapshot::State::slot_for_change(std::uint64_t number) {
-  const auto c = static_cast<std::size_t>(number / kChunk);
-  if (c >= chunks.size()) chunks.resize(c + 1);
-  return unique(chunks[c]).slots[static_cast<std::size_t>(number % kChunk)];
+  const auto c = static_cast<std::size_t>(number / kChunk), p = c / kPage;
+  if (p >= pages.size()) pages.resize(p + 1);
+  return unique(unique(pages[p]).chunks[c % kPage])
+      .slots[static_cast<std::size_t>(number % kChunk)];
 }
 
 void Snapshot::State::add_name(AnyId id, std::string_view name) {
@@ -167,17 +171,38 @@ std::optional<AnyId> Snapshot::find(Kind kind, std::string_view name) const {
   return state_->find(kind, name);
 }
 
+template <class See>
+void Snapshot::State::each(std::uint32_t kinds, const See& see) const {
+  for (std::size_t p = 0; p < pages.size(); ++p)
+    for (std::size_t c = 0; pages[p] && c < kPage; ++c)
+      for (std::size_t i = 0; pages[p]->chunks[c] && i < kChunk; ++i) {
+        const auto& r = pages[p]->chunks[c]->slots[i].record;
+        if (!r || (kinds & bit(r->kind())) == 0) continue;
+        if (!see(AnyId{r->kind(), (p * kPage + c) * kChunk + i}, *r)) return;
+      }
+}
+
 std::vector<AnyId> Snapshot::State::list(std::uint32_t kinds) const {
   std::vector<AnyId> ids;
-  std::uint64_t number = 0;
-  for (const auto& chunk : chunks) {
-    if (chunk)
-      for (std::size_t i = 0; i < kChunk; ++i)
-        if (const auto& r = chunk->slots[i].record; r && (kinds & bit(r->kind())) != 0)
-          ids.push_back({r->kind(), number + i});
-    number += kChunk;
-  }
+  each(kinds, [&ids](AnyId id, const Record&) {
+    ids.push_back(id);
+    return true;
+  });
   return ids;
+}
+
+void Snapshot::State::visit(const Snapshot& snapshot, std::uint32_t kinds,
+                            const std::function<bool(AnyId, const Record&)>& see) {
+  if (snapshot.reads_) snapshot.reads_->list(kinds);
+  of(snapshot).each(kinds, [&](AnyId id, const Record& r) {
+    if (snapshot.reads_) snapshot.reads_->record(id);
+    return see(id, r);
+  });
+}
+
+void each_record(const Snapshot& snapshot, std::span<const Kind> kinds,
+                 const std::function<bool(AnyId, const Record&)>& see) {
+  visit_records(snapshot, kinds, see);
 }
 
 std::vector<AnyId> Snapshot::list() const {

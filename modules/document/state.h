@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Snapshot holds: records in chunks by id, a hashed name index per kind, reverse references;
-// parts are shared between snapshots and copied only where they change (layer: application).
-// Internal to modules/document.
+// What a Snapshot holds: records in pages of chunks by id, a hashed name index per kind, reverse
+// references; parts are shared between snapshots and copied only where they change (layer:
+// application). Internal to modules/document.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,11 +31,17 @@ struct WorldNames {
 };
 /// Null if no world has that id.
 [[nodiscard]] inline std::shared_ptr<WorldNames> names_of(const Snapshot& snapshot, AnyId id);
+/// As each_record() of each_record.h.
+inline void visit_records(const Snapshot&, std::span<const Kind> kinds,
+                          const std::function<bool(AnyId, const Record&)>& see);
 /// As changed_records() of changed.h.
 [[nodiscard]] inline std::vector<AnyId> differing(const Snapshot& before, const Snapshot& after);
 
 struct Snapshot::State {
-  static constexpr std::size_t kChunk = 64;     ///< records a chunk
+  /// An edit copies one chunk and one page, which are small, so that they come from lists of free
+  /// blocks, and the list of pages.
+  static constexpr std::size_t kChunk = 16;     ///< records a chunk
+  static constexpr std::size_t kPage = 32;      ///< chunks a page
   static constexpr std::size_t kBuckets = 256;  ///< name buckets a kind
 
   struct Slot {
@@ -44,6 +52,9 @@ struct Snapshot::State {
   struct Chunk {
     std::array<Slot, kChunk> slots;
   };
+  struct Page {
+    std::array<std::shared_ptr<Chunk>, kPage> chunks;
+  };
   struct Name {
     std::uint64_t hash = 0, number = 0;
   };
@@ -53,7 +64,7 @@ struct Snapshot::State {
 
   std::uint64_t revision = 0;
   std::size_t count = 0;
-  std::vector<std::shared_ptr<Chunk>> chunks;           ///< id n is in chunk n / kChunk
+  std::vector<std::shared_ptr<Page>> pages;             ///< id n is in chunk n / kChunk of all
   std::vector<std::shared_ptr<NameTable>> names;        ///< by kind, sized by the number of records
   std::shared_ptr<std::vector<AnyId>> users_of_worlds;  ///< ascending; null = none
 
@@ -69,10 +80,18 @@ struct Snapshot::State {
     (void)snapshot.find(id);  // so that it counts as read
     return of(snapshot).find(id) ? of(snapshot).slot(id.number)->names : nullptr;
   }
+  friend void visit_records(const Snapshot& snapshot, std::span<const Kind> kinds,
+                            const std::function<bool(AnyId, const Record&)>& see) {
+    std::uint32_t bits = 0;
+    for (const Kind k : kinds) bits |= bit(k);
+    visit(snapshot, bits, see);
+  }
   friend std::vector<AnyId> differing(const Snapshot& before, const Snapshot& after) {
     return differing_records(of(before), of(after));
   }
   static const State& of(const Snapshot& snapshot) { return *snapshot.state_; }
+  static void visit(const Snapshot&, std::uint32_t kinds,
+                    const std::function<bool(AnyId, const Record&)>& see);
   static std::vector<AnyId> differing_records(const State& before, const State& after);
 
   /// Inserts a record (null removes it) and updates names and reverse references.
@@ -86,6 +105,10 @@ struct Snapshot::State {
   [[nodiscard]] std::vector<AnyId> dangling(AnyId id) const;
 
  private:
+  /// Calls see(AnyId, const Record&) for the records of these kinds in order of creation, until it
+  /// returns false.
+  template <class See>
+  void each(std::uint32_t kinds, const See& see) const;
   Slot& slot_for_change(std::uint64_t number);
   void add_name(AnyId id, std::string_view name);
   void remove_name(AnyId id, std::string_view name);

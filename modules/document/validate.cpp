@@ -999,9 +999,10 @@ Result<void> check(const Task& t, Subject& subject, const Watch& watch) {
     RMP_TRY(check(s, step));
     if (const auto foreign = foreign_step_fields(s); !foreign.empty()) {
       const std::string name(foreign.front()->name);
-      Error e =
-          fault(step + " has a value for " + quote(name) + ", which steps of this kind do not have",
-                "Leave it out; to change the kind of a step, set the whole step.");
+      Error e = fault(step + " has a value for " + quote(name) + ", which steps of kind " +
+                          std::string(to_string(s.kind)) + " do not have",
+                      "Steps of kind " + text::enumerate(step_kinds_with(*foreign.front())) +
+                          " have it. Leave it out, or set the whole step to change its kind.");
       amend(e, [&](Fault& f) { f.subject.path = "steps[" + std::to_string(i + 1) + "]." + name; });
       return e;
     }

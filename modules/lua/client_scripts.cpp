@@ -27,7 +27,9 @@ class ClientScripts final : public ioci::Scripts {
                         std::span<const std::string> arguments) override {
     return state_.run_file_values(file, arguments);
   }
-  Result<std::string> evaluate(std::string_view input) override { return state_.eval(input); }
+  Result<std::string> evaluate(std::string_view input, List* shown) override {
+    return state_.eval(input, shown);
+  }
   bool is_incomplete(std::string_view input) const override { return state_.is_incomplete(input); }
   ioci::ScriptCompletion complete(std::string_view input, std::size_t cursor) const override {
     Completion found = state_.complete(input, cursor);

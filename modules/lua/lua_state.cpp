@@ -262,6 +262,32 @@ bool is_lone_local(lua_State* L, const std::string& input) {
   return equals != std::string::npos && compiles(L, "return " + input.substr(equals + 1));
 }
 
+/// Appends the results that a window can show (see eval()). Large texts and tables are not copied.
+void add_shown(lua_State* L, int first, int last, List& shown) {
+  constexpr std::size_t kLongest = 64 << 20;  ///< of a picture [bytes]
+  for (int i = first; i <= last; ++i) {
+    if (lua_type(L, i) == LUA_TSTRING) {
+      std::size_t length = 0;
+      const char* text = lua_tolstring(L, i, &length);
+      if (length <= kLongest) shown.emplace_back(std::string(text, length));
+    } else if (auto handle = handle_at(L, i)) {
+      shown.emplace_back(std::move(*handle));
+    } else if (lua_istable(L, i)) {
+      Map fields;
+      for (const char* name : {"png", "file"}) {
+        lua_pushstring(L, name);
+        if (lua_rawget(L, i) == LUA_TSTRING) {
+          std::size_t length = 0;
+          const char* text = lua_tolstring(L, -1, &length);
+          if (length <= kLongest) fields.set(name, std::string(text, length));
+        }
+        lua_pop(L, 1);
+      }
+      if (!fields.empty()) shown.emplace_back(std::move(fields));
+    }
+  }
+}
+
 void remember(lua_State* L, int first, int last) {
   if (first > last) return;
   lua_pushvalue(L, first);
@@ -405,7 +431,7 @@ Result<void> LuaState::run_string(std::string_view code, std::string_view chunk_
   });
 }
 
-Result<std::string> LuaState::eval(std::string_view input) {
+Result<std::string> LuaState::eval(std::string_view input, List* shown) {
   std::string out;
   const std::string word(text::trim(input));
   const auto done = run_protected(*impl_, [&](lua_State* L) -> Result<void> {
@@ -414,6 +440,7 @@ Result<std::string> LuaState::eval(std::string_view input) {
     const int last = lua_gettop(L);
     for (int i = first; i <= last; ++i)
       out += (i > first ? "\n" : "") + result_text_of(*impl_, L, i);
+    if (shown) add_shown(L, first, last, *shown);
     remember(L, first, last);
     if (first == last && lua_isnil(L, first) && word != "nil" && word != "_")
       if (const std::string note = note_for_undefined(*impl_, L, word); !note.empty())

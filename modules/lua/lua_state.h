@@ -75,8 +75,9 @@ class LuaState {
 
   /// Evaluates one input of a console: an expression (also `=x`), statements, `x?` for help,
   /// `x:name` for help on a method, or a classic line. Returns the readable text of the results; ""
-  /// if there are none. Results are stored in `_`.
-  Result<std::string> eval(std::string_view input);
+  /// if there are none. Results are stored in `_`. `shown` gets a value for each result that a
+  /// window can show as a picture or plot: handles, texts, and of tables the fields png and file.
+  Result<std::string> eval(std::string_view input, List* shown = nullptr);
   /// The same for programs: the results as Values (others as text).
   Result<List> eval_values(std::string_view input);
 

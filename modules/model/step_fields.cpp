@@ -99,6 +99,15 @@ std::vector<const Field*> foreign_step_fields(const TaskStep& s) {
   return out;
 }
 
+std::vector<std::string> step_kinds_with(const Field& field) {
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < kStepWords.size(); ++i) {
+    const auto own = step_fields(static_cast<StepKind>(i));
+    if (std::find(own.begin(), own.end(), &field) != own.end()) out.emplace_back(kStepWords[i]);
+  }
+  return out;
+}
+
 std::span<const Field* const> step_fields(StepKind kind) {
   static const StepFields all = make_step_fields();
   return all[static_cast<std::size_t>(kind)];

@@ -25,5 +25,7 @@ namespace robomosp::model {
 [[nodiscard]] std::span<const Field* const> step_fields(StepKind);
 /// The fields with a value that steps of its kind do not have, in order of declaration.
 [[nodiscard]] std::vector<const Field*> foreign_step_fields(const TaskStep&);
+/// The kinds of steps that have a field, as words.
+[[nodiscard]] std::vector<std::string> step_kinds_with(const Field&);
 
 }  // namespace robomosp::model

@@ -3,6 +3,7 @@
 #include "io/native.h"
 #include "ioci/program/program_files.h"
 #include "kernel/file_root.h"
+#include "program/source_bytes.h"
 #include "remote/debug_adapter_parts.h"
 
 namespace robomosp::remote::adapter {

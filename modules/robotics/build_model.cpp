@@ -7,6 +7,7 @@
 
 #include "model/placement.h"
 #include "robotics/coordinates.h"
+#include "robotics/tip_names.h"
 #include "spatial/mass.h"
 #include "spatial/pose.h"
 #include "spatial/print.h"
@@ -355,18 +356,14 @@ Result<std::vector<LoopModel>> make_loops(const model::Robot& robot,
 }
 
 std::vector<TipModel> make_tips(const model::Robot& robot, std::span<const LinkFrame> frames) {
-  std::vector<bool> is_leaf(robot.links.size(), true);
-  for (const model::Link& link : robot.links)
-    if (link.parent >= 0) is_leaf[static_cast<std::size_t>(link.parent)] = false;
+  const std::vector<bool> is_leaf = leaf_links(robot);
   const std::size_t last = robot.links.size() - 1;
   std::vector<TipModel> tips;
   tips.push_back({"tool", frames[last].joint,
                   spatial::compose(frames[last].joint_T_link, model::pose(robot.tool))});
   for (std::size_t i = 0; i < last; ++i) {
     if (!is_leaf[i]) continue;
-    const std::string& name = robot.links[i].name;
-    tips.push_back({name.empty() ? "link " + std::to_string(i + 1) : name, frames[i].joint,
-                    frames[i].joint_T_link});
+    tips.push_back({leaf_tip_name(robot, i), frames[i].joint, frames[i].joint_T_link});
   }
   for (const model::RobotTool& tool : robot.tools) {
     const LinkFrame at = on_link(frames, tool.link, tool.placement);

@@ -158,8 +158,16 @@ ShapePtr robot_frames(const RobotBase& robot) {
   return shape;
 }
 
-ShapePtr robot_rows(const RobotBase& robot) {
+ShapePtr robot_rows(const RobotBase& robot, std::span<const double> q) {
   auto shape = std::make_shared<Shape>();
+  // The parameter that the joint moves: what the row gives, and the joint's value with its sign.
+  const auto moved = [&](std::size_t link, model::JointKind kind, auto&& text_of) {
+    const std::int32_t joint = robot.links[link].joint;
+    if (robot.record->links[link].joint != kind || joint < 0) return std::string();
+    const double value =
+        spatial::joint_value(robot.model->joints[static_cast<std::size_t>(joint)], q.data());
+    return (value < 0 ? " - " : " + ") + text_of(std::fabs(value));
+  };
   for (std::size_t i = 0; i < robot.record->links.size(); ++i) {
     const model::Link& l = robot.record->links[i];
     Element<render::Label> e;
@@ -169,7 +177,9 @@ ShapePtr robot_rows(const RobotBase& robot) {
                     ")";
     } else {
       e.what.text = l.name + ": a " + millimetres(l.row.a) + ", alpha " + degrees(l.row.alpha) +
-                    ", d " + millimetres(l.row.d) + ", theta " + degrees(l.row.theta);
+                    ", d " + millimetres(l.row.d) +
+                    moved(i, model::JointKind::prismatic, millimetres) + ", theta " +
+                    degrees(l.row.theta) + moved(i, model::JointKind::revolute, degrees);
     }
     e.body = static_cast<std::int32_t>(i + 1);
     e.group = kNoteBody;

@@ -65,7 +65,7 @@ class PosedRobot {
 /// Frames of base and links with their names.
 [[nodiscard]] ShapePtr robot_frames(const RobotBase&);
 /// A label at each link with its Denavit-Hartenberg row, or with the axis of its joint.
-[[nodiscard]] ShapePtr robot_rows(const RobotBase&);
+[[nodiscard]] ShapePtr robot_rows(const RobotBase&, std::span<const double> q);
 /// What depends on the joint values: ellipsoids, and the mark of the whole mass. In the world.
 [[nodiscard]] ShapePtr robot_posed(const PosedRobot&, const std::string& owner, const Extras&);
 

@@ -95,7 +95,8 @@ Result<MemberPtr> SceneModel::Impl::robot_member(Work& w, const std::string& nam
   if (extras_now.com || extras_now.ellipsoids.velocity || extras_now.ellipsoids.force)
     layer_of(*m, ShapeLayer::posed) = robot_posed(*at.posed, name, extras_now);
   if (extras_now.frames) layer_of(*m, ShapeLayer::frames) = robot->frames;
-  if (extras_now.dh_rows) layer_of(*m, ShapeLayer::rows) = robot->rows;
+  if (extras_now.dh_rows)
+    layer_of(*m, ShapeLayer::rows) = robot_rows(*robot->base, shown_q(*robot->base->record, q));
   if (extras_now.labels)
     layer_of(*m, ShapeLayer::labels) = label_of(*m, robot->bodies->boxes.front(), at.member);
   m->box = box_of_robot(*robot->bodies, m->bodies);

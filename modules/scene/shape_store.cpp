@@ -109,7 +109,6 @@ Result<const ShapeStore::Robot*> ShapeStore::robot(RobotId id, Detail detail, Pr
   robot.base = std::move(base).value();
   robot.bodies = robot_shape(*snapshot_, *robot.base);
   robot.frames = robot_frames(*robot.base);
-  robot.rows = robot_rows(*robot.base);
   return &robot;
 }
 

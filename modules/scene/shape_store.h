@@ -43,7 +43,7 @@ class ShapeStore {
 
   struct Robot {
     RobotBasePtr base;  ///< null if it failed, or is not built yet
-    ShapePtr bodies, frames, rows;
+    ShapePtr bodies, frames;
     std::optional<Error> failure;
     bool is_current = false;  ///< else it is that of an earlier snapshot
   };

@@ -13,6 +13,7 @@
 #include <robomosp/sdk/plugin.h>
 
 #include "kernel/plugin_loader.h"
+#include "kernel/process.h"
 #include "kernel/text.h"
 #include "shell/console.h"
 #include "shell/plugin_check.h"
@@ -59,6 +60,21 @@ int run_commands(const Settings& s, const Voice& voice, const std::string& folde
   for (const ioci::CommandSpec* spec : p.app->commands.list())
     voice.line(spec->name + std::string(longest + 2 - spec->name.size(), ' ') + spec->summary);
   return 0;
+}
+
+/// What the window would draw with, as the program of the window reports it; "" without one.
+/// Nothing of it is missing for this program.
+std::string graphics_of_window() {
+  const std::filesystem::path program = executable_folder() / "robomosp-desktop";
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(program, none)) return {};
+  ProcessSpec spec;
+  spec.program = program;
+  spec.arguments = {"--graphics"};
+  spec.seconds = 20;
+  NoProgress progress;
+  const auto out = run_process(spec, progress);
+  return out.ok() ? *out : "  not known: " + out.error().sentence() + "\n";
 }
 
 /// What the program found and what it misses; exit code 1 when something is missing.
@@ -112,6 +128,9 @@ int run_doctor(const Settings& s, const Voice& voice) {
           std::to_string(lock.long_holds) + " times longer than " +
           std::to_string(AppLock::kLongestHold.count()) + " ms; " +
           std::to_string(lock.calls_within) + " calls of providers and scripts within\n\n";
+  const std::string graphics = graphics_of_window();
+  text += "graphics\n" +
+          (graphics.empty() ? "  no window: robomosp-desktop is not installed\n" : graphics) + "\n";
   if (missing.empty()) text += "Nothing is missing.";
   for (const Value& m : missing) text += "missing: " + *m.as_string() + "\n";
   const bool is_healthy = missing.empty();

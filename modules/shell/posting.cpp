@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "ioci/program/packs.h"
 #include "kernel/text.h"
+#include "program_post/packs.h"
 
 namespace robomosp::shell {
 
@@ -38,7 +38,7 @@ void tell_faults(const Settings& s, const List& faults) {
 /// All that is wrong with a pack of templates, a line each; false = nothing is.
 bool tell_pack_faults(const Settings& s, const Voice& voice, const std::string& file) {
   List faults;
-  for (const auto& f : ioci::pack_faults(file))
+  for (const auto& f : program_post::pack_faults(file))
     faults.emplace_back(Map{{"severity", "error"},
                             {"file", f.file},
                             {"line", static_cast<std::int64_t>(f.line)},
@@ -266,9 +266,9 @@ int run_post_test(const Settings& s, const Voice& voice, const PostTest& how) {
     return p.app->dispatch(*p.session, command, args);
   };
   std::error_code none;
-  const bool is_pack =
-      how.what.ends_with(".post") ||
-      std::filesystem::is_regular_file(std::filesystem::path(how.what) / ioci::kPackFile, none);
+  const bool is_pack = how.what.ends_with(".post") ||
+                       std::filesystem::is_regular_file(
+                           std::filesystem::path(how.what) / program_post::kPackFile, none);
   if (is_pack && tell_pack_faults(s, voice, how.what)) return 3;
   Map report;
   const auto tested = test_post(

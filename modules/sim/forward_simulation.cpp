@@ -9,6 +9,7 @@
 #include "model/placement.h"
 #include "motion/provider_params.h"
 #include "robotics/closure.h"
+#include "robotics/grip.h"
 #include "robotics/kinematics.h"
 #include "robotics/maker_axes.h"
 #include "sim/closed_dynamics.h"
@@ -146,8 +147,9 @@ class PartProgress final : public Progress {
 /// Keeps the samples that were asked for, with the forces there, and the last state.
 class Sampler final : public OdeSink {
  public:
-  /// Called with every row that was added, for whoever looks on.
-  using Publish = std::function<Result<void>(double t, std::span<const double> x,
+  /// Called with every row that was added, for whoever looks on. Returns true if the forces from
+  /// outside change there: the integrator ends at the row, and another run continues from it.
+  using Publish = std::function<Result<bool>(double t, std::span<const double> x,
                                              const MechanismMotion::Forces& forces)>;
   Sampler(MechanismMotion& motion, MotionTable& table, std::span<const double> times,
           Publish publish)
@@ -155,6 +157,7 @@ class Sampler final : public OdeSink {
 
   bool sample(double t, std::span<const double> x) override {
     last.assign(x.begin(), x.end());
+    last_time = t;
     if (next_ >= times_.size() || t != times_[next_]) return true;
     ++next_;
     if (auto done = check_size(t, x); !done.ok()) {
@@ -168,9 +171,9 @@ class Sampler final : public OdeSink {
     table_.add(t, x, forces_);
     if (!publish_) return true;
     auto seen = publish_(t, x, forces_);
-    if (seen.ok()) return true;
-    failure = std::move(seen).error();
-    return false;
+    if (!seen.ok()) failure = std::move(seen).error();
+    else is_interrupted = *seen;
+    return seen.ok() && !is_interrupted;
   }
   /// Those not yet given, up to a time.
   [[nodiscard]] std::span<const double> due(double limit) const {
@@ -178,6 +181,8 @@ class Sampler final : public OdeSink {
     return times_.subspan(next_, static_cast<std::size_t>(end - times_.begin()) - next_);
   }
   std::vector<double> last;
+  double last_time = 0;         ///< [s]
+  bool is_interrupted = false;  ///< at the last sample
   std::optional<Error> failure;
 
  private:
@@ -412,6 +417,11 @@ class Simulation {
     if (base_)
       options.base = [this](double t) { return base_->felt(t, model().base, placed_.gravity); };
     RMP_TRY(find_load(options));
+    if (run_.pulls) {
+      pulls_.emplace(*run_.pulls);
+      options.outside = [this](double t, std::span<const double> q, std::span<const double> qd,
+                               std::span<double> tau) { return pull(t, q, qd, tau); };
+    }
     if (run_.is_controlled) return {};
     if (run_.recorded_tau) {
       RMP_TRY_ASSIGN(torques_, timed_rows(*run_.recorded_tau, "tau", model().dof()));
@@ -482,6 +492,7 @@ class Simulation {
                        text::print_rounded(open, 3) + " m or rad remain open",
                    "Start from a configuration that closes them.");
     RMP_TRY(check_start(motion));
+    if (pulls_ && pulls_->update(start_, pull_notes_)) find_pulled(start_);
     MotionTable table(motion, *axes_);
     Sampler sampler(motion, table, times, publisher(motion, progress));
     RMP_TRY(run_.is_controlled ? run_controlled(motion, table, sampler, progress)
@@ -493,18 +504,76 @@ class Simulation {
   Sampler::Publish publisher(MechanismMotion& motion, Progress& progress) {
     if (!sink_) return {};
     return [this, &motion, &progress](double t, std::span<const double> x,
-                                      const MechanismMotion::Forces& forces) -> Result<void> {
+                                      const MechanismMotion::Forces& forces) -> Result<bool> {
+      for (std::size_t i = 0; i < pulled_.size(); ++i)
+        pulls_->report(i, pulled_[i].at, pulled_[i].size);
       MotionTable row(motion, *axes_);
       row.add(t, x, forces);
       Recording part = described();
+      part.notes = pull_notes_;
       RMP_TRY(add_columns(part, row, true, progress));
       auto state = std::make_shared<RunState>();
       state->time = t;
       const auto middle = x.begin() + static_cast<std::ptrdiff_t>(motion.positions());
       state->robots.push_back(
           {placed_.title, first_q_, {x.begin(), middle}, {middle, x.end()}, memory_, {}});
-      return sink_->take(part, 0, std::move(state));
+      if (t >= duration_) sink_->end_with_next();
+      RMP_TRY(sink_->take(part, 0, std::move(state)));
+      // The run waited in take(), and what is pulled may have changed meanwhile.
+      const bool is_other = pulls_ && pulls_->update(t, pull_notes_);
+      if (is_other) find_pulled(t);
+      return is_other;
     };
+  }
+
+  /// Finds the links that are pulled from t [s] on.
+  void find_pulled(double t) {
+    pulled_.clear();
+    while (pulled_.size() < pulls_->all().size()) {
+      const Pull& p = pulls_->all()[pulled_.size()];
+      const bool is_own = p.object.empty() && (p.robot.empty() || p.robot == placed_.title);
+      const auto link = is_own ? robotics::find_grip(*placed_.record, model(), p.link)
+                               : std::optional<robotics::LinkFrame>();
+      if (!link || link->joint < 0) {
+        pulls_->drop(pulled_.size(), t, pull_notes_);
+        continue;
+      }
+      Pulled& out = pulled_.emplace_back();
+      double mass = 0;
+      for (const JointModel& j : model().joints) mass += j.body.mass;
+      out.spring = PullSpring(p, mass);
+      const JointModel& joint = model().joints[index(link->joint)];
+      const Vec3 point =
+          p.point ? spatial::transform(link->joint_T_link, *p.point) : joint.body.com;
+      // The pulled point as a tip, for its Jacobian.
+      out.model = model();
+      out.model.tips = {TipModel{"", link->joint, spatial::translation(point)}};
+      out.jacobian.assign(6 * model().dof(), 0.0);
+    }
+  }
+
+  /// Adds the pulls to forces on the joints. The damping counts velocities relative to the base.
+  Result<void> pull(double t, std::span<const double> q, std::span<const double> qd,
+                    std::span<double> tau) {
+    if (pulled_.empty()) return {};
+    RMP_TRY_ASSIGN(const Pose base, world_T_base(t));
+    pull_frames_.resize(model().joints.size());
+    robotics::forward_kinematics(model(), q, pull_frames_);
+    for (std::size_t i = 0; i < pulled_.size(); ++i) {
+      Pulled& p = pulled_[i];
+      robotics::geometric_jacobian(p.model, 0, pull_frames_, robotics::JacobianFrame::base,
+                                   p.jacobian);
+      Vec3 velocity{};
+      for (std::size_t v = 0; v < qd.size(); ++v)
+        for (std::size_t k = 0; k < 3; ++k) velocity[k] += p.jacobian[6 * v + k] * qd[v];
+      p.at = spatial::transform(base, robotics::tip_pose(p.model, 0, pull_frames_).p);
+      const Vec3 force = p.spring.force(p.at, spatial::rotate(base, velocity), pulls_->all()[i].to);
+      p.size = spatial::norm(force);
+      const Vec3 in_base = spatial::rotate_back(base, force);
+      for (std::size_t v = 0; v < tau.size(); ++v)
+        for (std::size_t k = 0; k < 3; ++k) tau[v] += p.jacobian[6 * v + k] * in_base[k];
+    }
+    return {};
   }
 
   Result<void> check_start(const MechanismMotion& motion) const {
@@ -560,11 +629,12 @@ class Simulation {
                         [&] { return integrator_.solver->run(motion, ode, sampler, progress); });
     if (motion.failure()) return *motion.failure();
     if (sampler.failure) return *sampler.failure;
-    if (!done.ok()) return std::move(done).error();
+    if (!done.ok() && !sampler.is_interrupted) return std::move(done).error();
+    if (!done.ok()) done = OdeStatistics{};
     statistics_.steps += done->steps, statistics_.rejected += done->rejected;
     statistics_.rates += done->rates, statistics_.events += done->events;
     statistics_.end = done->end;
-    if (sampler.last.size() != x_.size() || done->end != end)
+    if (sampler.last.size() != x_.size() || (done->end != end && !sampler.is_interrupted))
       return error(ErrorCode::plugin_failed,
                    "provider " + text::quote(integrator_.provider) +
                        " ended at t = " + text::print_rounded(done->end) + " s instead of " +
@@ -574,10 +644,23 @@ class Simulation {
     return {};
   }
 
+  /// go(), continued wherever the forces from outside change.
+  Result<void> advance(MechanismMotion& motion, Sampler& sampler, double start, double end,
+                       double step, Progress& progress) {
+    RMP_TRY(go(motion, sampler, start, end, step, progress));
+    while (std::exchange(sampler.is_interrupted, false)) {
+      RMP_TRY(motion.settle(sampler.last_time, x_));
+      if (sampler.last_time < end)
+        RMP_TRY(go(motion, sampler, sampler.last_time, end, step, progress));
+    }
+    return {};
+  }
+
   Result<void> run_open(MechanismMotion& motion, MotionTable& table, Sampler& sampler,
                         Progress& progress) {
     RMP_TRY(motion.settle(start_, x_));
-    if (start_ < duration_) RMP_TRY(go(motion, sampler, start_, duration_, run_.step, progress));
+    if (start_ < duration_)
+      RMP_TRY(advance(motion, sampler, start_, duration_, run_.step, progress));
     else sampler.sample(start_, x_);
     if (sampler.failure) return *sampler.failure;
     for (std::size_t v = 0; v < model().dof(); ++v) {
@@ -638,7 +721,7 @@ class Simulation {
       motion.set_torques(tau);
       RMP_TRY(motion.settle(t, x_));
       PartProgress part(progress, 0.1 + 0.9 * t / duration_, 0);
-      RMP_TRY(go(motion, sampler, t, end, std::min(run_.step, period), part));
+      RMP_TRY(advance(motion, sampler, t, end, std::min(run_.step, period), part));
     }
     if (first >= ticks) {
       RMP_TRY(motion.settle(start_, x_));
@@ -677,6 +760,7 @@ class Simulation {
                               Progress& progress) {
     Recording out = described();
     RMP_TRY(add_columns(out, table, false, progress));
+    out.notes = pull_notes_;
     table.add_notes(out, motion);
     if (load_) {
       const auto note = run_.load.is_over_path ? load_->note_on_cover(0, way_.values.back())
@@ -730,6 +814,18 @@ class Simulation {
   std::vector<double> x_, first_q_, memory_;  ///< the state; q at time 0; of the controller
   double start_ = 0, duration_ = 0;
   OdeStatistics statistics_;
+  /// A link that is pulled.
+  struct Pulled {
+    RobotModel model;  ///< its only tip is the pulled point
+    PullSpring spring;
+    std::vector<double> jacobian;
+    Vec3 at{};        ///< in the world, at the last evaluation [m]
+    double size = 0;  ///< of the force there [N]
+  };
+  std::optional<PullsInForce> pulls_;
+  std::vector<Pulled> pulled_;  ///< one per pull
+  std::vector<Pose> pull_frames_;
+  std::vector<std::string> pull_notes_;
 };
 
 template <class Solver, class Prepare>

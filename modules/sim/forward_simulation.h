@@ -3,6 +3,7 @@
 // contact forces (layer: application, sim).
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 
 #include "sim/base_motion.h"
 #include "sim/mechanism_motion.h"
+#include "sim/pulls.h"
 #include "sim/row_sink.h"
 #include "sim/simulate.h"
 #include "sim/tip_load.h"
@@ -52,7 +54,8 @@ struct ForwardRun {
   double breakaway = 1;
   AtLimit at_limit = AtLimit::stop;
   double restitution = 0;
-  IkTolerance tolerance{};  ///< of the inverse kinematics along a trajectory
+  IkTolerance tolerance{};            ///< of the inverse kinematics along a trajectory
+  std::shared_ptr<Pulls> pulls = {};  ///< of a live run; null = none
 };
 
 /// Factor of the integrator's default tolerances for a mechanism of this many velocities. Beyond

@@ -83,12 +83,13 @@ class LiveRun::Gate final : public RowSink {
     if (!is_admitted_) RMP_TRY(run_.admit(stop_));
     is_admitted_ = true;
     return run_.take(table, row, std::move(state), std::exchange(notes_before_, 0),
-                     std::exchange(rests_behind_next_, false), stop_);
+                     std::exchange(rests_behind_next_, false), ends_with_next_, stop_);
   }
   bool has_notes(std::size_t count) override {
     if (is_admitted_) notes_before_ = count;
     return is_admitted_;
   }
+  void end_with_next() override { ends_with_next_ = true; }
   void rest_behind_next() override { rests_behind_next_ = true; }
   Result<void> rest(const Recording& table) override {
     // Without one there is no row yet.
@@ -101,6 +102,7 @@ class LiveRun::Gate final : public RowSink {
   std::stop_token stop_;
   bool is_admitted_ = false;        ///< its rows are the run's
   bool rests_behind_next_ = false;  ///< as the simulation said
+  bool ends_with_next_ = false;     ///< as the simulation said
   std::size_t notes_before_ = 0;    ///< that the next table leaves out
 };
 
@@ -125,9 +127,11 @@ void LiveRun::join() {
 // ---- the simulation's thread ----
 
 Result<void> LiveRun::take(const Recording& table, std::size_t row, RunStatePtr state,
-                           std::size_t notes_before, bool rests, const std::stop_token& stop) {
+                           std::size_t notes_before, bool rests, bool is_last,
+                           const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   append(table, row, std::move(state), notes_before);
+  has_last_ = is_last;
   if (rests) rest_here();
   return wait_behind_row(lock, stop);
 }
@@ -381,7 +385,7 @@ Result<void> LiveRun::replace(Source source, RunStatePtr from, Progress& progres
   join();
   lock.lock();
   prepare();
-  is_resting_ = is_finished_ = is_complete_ = false;
+  is_resting_ = is_finished_ = is_complete_ = has_last_ = false;
   fraction_ = 0;
   failure_.reset();
   thread_ = std::move(made);
@@ -563,6 +567,7 @@ LiveRun::Shown LiveRun::shown() const {
   s.recorded = head_time();
   s.speed = p.is_playing ? speed_ : 0;
   s.is_complete = is_complete_;
+  s.has_last = has_last_ || is_complete_;
   s.restarts = restarts_;
   s.is_over = is_finished_ && p.time + tolerance(p.time) >= s.recorded;
   if (p.is_playing && speed_ > 0 && !std::isinf(speed_) && !is_finished_)

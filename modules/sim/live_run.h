@@ -83,6 +83,7 @@ class LiveRun {
     double lag = 0;            ///< delay of the simulation behind the clock [s]
     bool is_over = false;      ///< the end is shown
     bool is_complete = false;  ///< nothing is left to compute
+    bool has_last = false;     ///< the last row is recorded, also where the run has not ended yet
     std::size_t restarts = 0;  ///< number of starts and refreshes
     std::optional<Error> failure;
     std::size_t notes = 0;       ///< so far
@@ -144,7 +145,8 @@ class LiveRun {
   Result<void> admit(const std::stop_token& stop);
 
   Result<void> take(const recording::Recording& table, std::size_t row, RunStatePtr state,
-                    std::size_t notes_before, bool rests, const std::stop_token& stop);
+                    std::size_t notes_before, bool rests, bool is_last,
+                    const std::stop_token& stop);
   /// Pauses on the simulation's request, but not before row one was requested. With mutex_ held.
   void rest_here();
   Result<void> wait_behind_row(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
@@ -178,6 +180,7 @@ class LiveRun {
   bool is_resting_ = false;          ///< the simulation waits after a row
   bool is_finished_ = true;          ///< no simulation is running
   bool is_complete_ = false;         ///< it ran to its end
+  bool has_last_ = false;            ///< no row follows
   bool is_first_ = false;            ///< the next row is the first after a refresh
   std::uint64_t rests_ = 0;          ///< number of pauses it requested
   double fraction_ = 0;              ///< as reported by the simulation

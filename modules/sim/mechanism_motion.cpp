@@ -160,6 +160,11 @@ Result<void> MechanismMotion::evaluate(double t, std::span<const double> x) {
   applied(t, qd);
   DynamicsBatch batch;
   batch.count = 1, batch.q = q, batch.qd = qd, batch.tau = applied_, batch.scratch = scratch_;
+  if (options_.outside) {
+    loaded_ = applied_;
+    RMP_TRY(options_.outside(t, q, qd, loaded_));
+    batch.tau = loaded_;
+  }
   batch.terms = kAllTerms & ~static_cast<std::uint32_t>(kFrictionTerm);
   TipWrench wrench;
   if (options_.wrench) {

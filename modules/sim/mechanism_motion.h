@@ -31,7 +31,11 @@ struct MotionOptions {
   std::function<Result<BaseMotion>(double t)> base;  ///< null = at rest
   /// At a tip, base axes; null = none.
   std::function<Result<TipWrench>(double t, std::span<const double> q)> wrench;
-  std::int32_t tip = 0;             ///< where `wrench` acts
+  std::int32_t tip = 0;  ///< where `wrench` acts
+  /// Adds forces from outside to those on the joints (dof() numbers); null = none.
+  std::function<Result<void>(double t, std::span<const double> q, std::span<const double> qd,
+                             std::span<double> tau)>
+      outside;
   const Progress* whole = nullptr;  ///< cancels the solvers; must outlive the motion
 };
 
@@ -131,7 +135,7 @@ class MechanismMotion final : public OdeSystem {
   std::vector<std::size_t> watched_;  ///< entries with an event: friction or stops
   std::vector<Stop> stops_;
   std::vector<std::size_t> held_;
-  std::vector<double> torques_, tau_, applied_, qdd_, held_force_;
+  std::vector<double> torques_, tau_, applied_, loaded_, qdd_, held_force_;
   std::vector<double> q_, columns_, column_q_, column_tau_, scratch_;
   std::vector<Pose> frames_;
   std::vector<double> residual_, jacobian_;

@@ -74,6 +74,7 @@ Result<void> PhysicsSimulation::go(Progress& progress) {
       if (!a.is_driven()) RMP_TRY(a.move(t, end, provider_, *world_, wanted_).in(at));
     }
     RMP_TRY(carry(t, end));
+    RMP_TRY(pull(t, end));
     RMP_TRY(step(t, end, progress));
     if (tick == first_) note_overlaps();
     if ((tick + 1) % every_ == 0 || tick + 1 == ticks_) RMP_TRY(sample(end));

@@ -3,6 +3,7 @@
 // objects they grasp (layer: application, sim).
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <robomosp/sdk/physics.h>
 
 #include "recording/recording.h"
+#include "sim/pulls.h"
 #include "sim/row_sink.h"
 #include "sim/simulate.h"
 
@@ -74,7 +76,8 @@ struct PhysicsRun {
   std::vector<PhysicsObjectSettings> objects;
   std::vector<PhysicsRobotSettings> robots;
   std::vector<PhysicsAction> actions;
-  model::ProviderChoice engine;  ///< empty name = the default
+  model::ProviderChoice engine;       ///< empty name = the default
+  std::shared_ptr<Pulls> pulls = {};  ///< of a live run; null = none
 };
 
 /// Columns: time; for each movable object `<name>.x .y .z` [m], the quaternion `.qw .qx .qy .qz`

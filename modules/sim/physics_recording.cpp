@@ -225,7 +225,9 @@ Result<void> PhysicsSimulation::sample(double t) {
                    "provider " + text::quote(provider_) + " returned a state that is not a number",
                    "Use a shorter step; else report it to the provider's author.",
                    "t = " + text::print_rounded(t) + " s");
-  return sink_ ? sink_->take(out_, out_.rows() - 1, state(t)) : Result<void>();
+  if (!sink_) return {};
+  if (t >= time_of(ticks_)) sink_->end_with_next();
+  return sink_->take(out_, out_.rows() - 1, state(t));
 }
 
 RunStatePtr PhysicsSimulation::state(double t) const {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -47,6 +48,13 @@ struct PhysicsCarried {
   std::size_t actor = 0;
   std::int32_t joint = -1, object = 0;  ///< of the actor, -1 = its base; a body
   Pose joint_T_object;
+};
+
+/// A body that is pulled.
+struct PhysicsPulled {
+  std::size_t body = 0;
+  Vec3 point{};  ///< in its frame [m]
+  PullSpring spring;
 };
 
 class PhysicsSimulation {
@@ -116,6 +124,11 @@ class PhysicsSimulation {
   Result<void> go(Progress& progress);
   /// Moves massless objects with their carriers from t to `end`.
   Result<void> carry(double t, double end);
+  /// Applies the pulls of a live run to the step from t to `end` (physics_pull.cpp).
+  Result<void> pull(double t, double end);
+  /// Finds the bodies that are pulled from t on.
+  void find_pulled(double t, double end);
+  [[nodiscard]] std::optional<PhysicsPulled> pulled_body(const Pull& pull, double dt) const;
   /// The engine's step from t to `end`, after robots and forces are set.
   Result<void> step(double t, double end, Progress& progress);
   Result<void> act(const Event& event);
@@ -191,6 +204,8 @@ class PhysicsSimulation {
   std::vector<PhysicsContact> contacts_;
   MotionReference::Sample wanted_;
   std::vector<const Actor*> recorded_;
+  std::optional<PullsInForce> pulls_;
+  std::vector<PhysicsPulled> pulled_;  ///< one per pull
   std::vector<std::string> inert_;
   std::size_t engine_notes_ = 0;        ///< number of the engine's notes in out_
   std::vector<std::string> untouched_;  ///< links without parts of designed robots

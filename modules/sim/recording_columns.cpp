@@ -14,6 +14,7 @@
 #include "evaluation/payload.h"
 #include "kernel/text.h"
 #include "model/placement.h"
+#include "recording/limit_share.h"
 #include "robotics/decompositions.h"
 #include "robotics/kinematics.h"
 #include "robotics/maker_axes.h"
@@ -529,17 +530,15 @@ Result<void> add_manipulability(Recording& out, const Actor& a, const ToolTable&
   return {};
 }
 
-/// 0 in the middle between two limits, 1 at either, more beyond.
 Result<void> add_limit_columns(Recording& out) {
   Column all{"limits_used", "", "greatest fraction of a limit in use, 1 = at the limit",
              std::vector<double>(out.rows())};
   std::vector<Column> shares;
   for (const Column& c : out.columns) {
-    if (!std::isfinite(c.lower) || !std::isfinite(c.upper) || !(c.upper > c.lower)) continue;
+    if (!recording::has_limit_share(c.lower, c.upper)) continue;
     Column share{"used_" + c.name, "", "fraction of its limits that " + c.name + " uses", {}};
-    const double middle = (c.lower + c.upper) / 2, half = (c.upper - c.lower) / 2;
     for (std::size_t i = 0; i < out.rows(); ++i) {
-      share.values.push_back(std::fabs(c.values[i] - middle) / half);
+      share.values.push_back(recording::limit_share(c.lower, c.upper, c.values[i]));
       all.values[i] = std::max(all.values[i], share.values.back());
     }
     shares.push_back(std::move(share));

@@ -69,6 +69,8 @@ class RowSink {
                             RunStatePtr state) = 0;
   /// True if the next table may omit its first `count` notes, received with previous tables.
   virtual bool has_notes(std::size_t /*count*/) { return false; }
+  /// The next row is the last one: nothing follows it.
+  virtual void end_with_next() {}
   /// Pauses the run after the next row, regardless of requests.
   virtual void rest_behind_next() {}
   /// The same after the last row, now: blocks until the run should continue. The table's notes are

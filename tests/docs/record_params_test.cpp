@@ -4,6 +4,9 @@
 #include "ioci/core/record_params.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
@@ -560,6 +563,28 @@ TEST(RecordParams, StepsHaveEachFieldOfTheRecordInTheKindsThatUseIt) {
     if (f.name != "kind" && f.name != "parent") {
       EXPECT_TRUE(fields.contains(std::string(f.name))) << "no step has " << f.name;
     }
+}
+
+TEST(RecordParams, HelpAndThePageOfFilesNameEachFieldOfEachKindOfStep) {
+  std::ifstream in(std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "docs/user/files.md");
+  const std::string page((std::istreambuf_iterator<char>(in)), {});
+  for (const auto& [kind, params] : named_type("step")->cases) {
+    const std::size_t at = page.find("\n| `" + kind + "` | ");
+    ASSERT_NE(at, std::string::npos) << kind;
+    const std::string row = page.substr(at + 1, page.find('\n', at + 1) - at);
+    for (const ParamSpec& p : params) {
+      for (const char* command : {"task.create", "task.add_step"}) {
+        const std::string& help = fields_app().commands.find(command)->details;
+        const std::size_t line = help.find("| `" + kind + "` | `" + p.name + "` | ");
+        ASSERT_NE(line, std::string::npos) << command << " " << kind << " " << p.name;
+        EXPECT_NE(help.substr(line, help.find('\n', line) - line).find(p.doc), std::string::npos);
+      }
+      if (p.name == "steps") continue;
+      const bool is_named = row.find("`" + p.name + "`") != std::string::npos ||
+                            row.find("`" + p.name + " ") != std::string::npos;
+      EXPECT_TRUE(is_named) << "docs/user/files.md, " << kind << ": " << p.name;
+    }
+  }
 }
 
 }  // namespace

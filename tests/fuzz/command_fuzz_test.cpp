@@ -211,6 +211,14 @@ class CommandFuzz : public testing::Test {
   void start() {
     program_ = std::make_unique<Program>(folder_);
     ASSERT_TRUE(ask("lua.eval", "{\"code\":" + Json(kRecords).dump() + "}").contains("result"));
+    // The first picture starts OpenGL, which nothing can cancel.
+    const Json first =
+        "solid.create{name = 'first', root = {kind = 'box', x = 1, y = 1, z = 1}}:picture{size = "
+        "{96, 64}, quality = 'draft'} solid.remove('first')";
+    ASSERT_TRUE(program_->send("{\"jsonrpc\":\"2.0\",\"id\":" + std::to_string(++id_) +
+                               ",\"method\":\"lua.eval\",\"params\":{\"code\":" + first.dump() +
+                               "}}"));
+    ASSERT_TRUE(program_->receive(kToCancelAtMost));
   }
   Json ask(const std::string& method, const std::string& params) {
     return exchange("{\"jsonrpc\":\"2.0\",\"id\":" + std::to_string(++id_) + ",\"method\":\"" +

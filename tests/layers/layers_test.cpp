@@ -292,6 +292,7 @@ TEST(Layers, EveryIncludeOfTheTreeFollowsTheRule) {
   const std::set<std::string> kinds = {".h", ".hpp", ".cpp", ".c", ".inl", ".in"};
   std::size_t count = 0;
   for (const char* area : {"sdk", "kernel", "modules", "plugins", "viewer"}) {
+    if (!fs::is_directory(root / area)) continue;  // viewer/ may be left out
     for (const auto& entry : fs::recursive_directory_iterator(root / area)) {
       if (!entry.is_regular_file() || !kinds.contains(entry.path().extension().string())) continue;
       std::ifstream in(entry.path());
@@ -313,7 +314,8 @@ void check_lines(const std::vector<const char*>& areas, bool (*is_one)(const std
                  const std::string& does_not) {
   const fs::path root = ROBOMOSP_SOURCE_DIR;
   std::set<std::string> used;
-  for (const char* area : areas)
+  for (const char* area : areas) {
+    if (!fs::is_directory(root / area)) continue;  // viewer/ may be left out
     for (const auto& entry : fs::recursive_directory_iterator(root / area)) {
       const std::string kind = entry.path().extension().string();
       if (kind != ".h" && kind != ".cpp" && kind != ".c") continue;
@@ -330,8 +332,11 @@ void check_lines(const std::vector<const char*>& areas, bool (*is_one)(const std
                         << way_out << ", or write the reason into modules/layers.txt.";
       }
     }
+  }
   for (const std::string& begin : known)
-    EXPECT_TRUE(used.contains(begin)) << begin << " " << does_not;
+    if (fs::is_directory(root / begin.substr(0, begin.find('/')))) {
+      EXPECT_TRUE(used.contains(begin)) << begin << " " << does_not;
+    }
 }
 
 /// Whether a line holds, starts or asks the system for a thread.

@@ -123,10 +123,11 @@ TEST(CommandLine, WithoutOpenH264AnMp4FilmIsRefusedInASentenceAndAGifIsMade) {
   if (mp4.err.find("was built without") != std::string::npos)
     GTEST_SKIP() << "built without the headers of OpenH264";
   EXPECT_EQ(mp4.code, 3) << mp4.err;
-  EXPECT_EQ(mp4.err,
-            "error: file: MP4 films need the library OpenH264, which is not installed. Install it "
-            "(Debian's package libopenh264-7), or give a file *.gif, or frames, a folder for PNG "
-            "files.\n");
+  EXPECT_EQ(
+      mp4.err,
+      "error: recording.video, file: MP4 films need the library OpenH264, which is not "
+      "installed. Install it (Debian's package libopenh264-7), or give a file *.gif, or frames, "
+      "a folder for PNG files.\n");
   EXPECT_FALSE(fs::exists(folder.path / "run.mp4"));
   EXPECT_EQ(gif.code, 0) << gif.err;
   EXPECT_TRUE(fs::exists(folder.path / "run.gif"));
@@ -433,7 +434,7 @@ TEST(Rpc, LinesOfTheProgramOf2006AreAMethod) {
   EXPECT_EQ(line("").at("result"), nullptr);
   const Json refused = line("PRobot puma560 Link 7 Set 1");
   EXPECT_EQ(refused.at("error").at("message"),
-            "joint: there is no link 7. Links are numbered 1 to 6.");
+            "robot.set_joint, joint: there is no link 7. Links are numbered 1 to 6.");
   EXPECT_EQ(refused.at("error").at("data").at("code"), "invalid_argument");
   EXPECT_EQ(line("PRobt puma560 GetDOF").at("error").at("data").at("hint"),
             "Did you mean \"PRobot\"?");

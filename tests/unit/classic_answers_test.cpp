@@ -156,9 +156,9 @@ TEST_F(ClassicAnswers, JointsAreInDegreesAndMetresAndCountFromOne) {
   expect("PRobot arm GetMinAngle 3", {-1});
   expect("PRobot arm GetAngle 2", {45});
   EXPECT_EQ(refused("PRobot arm Link 0 Set 1"),
-            "joint: there is no link 0. Links are numbered 1 to 3.");
+            "robot.set_joint, joint: there is no link 0. Links are numbered 1 to 3.");
   EXPECT_EQ(refused("PRobot arm Link 4 GetAngle"),
-            "joint: there is no link 4. Links are numbered 1 to 3.");
+            "robot.joint_value, joint: there is no link 4. Links are numbered 1 to 3.");
   EXPECT_NE(refused("PRobot arm SetLinks 1 2").find("the robot has 3 joints"), std::string::npos);
   EXPECT_NE(refused("PRobot arm SetLinks 1 2 nan"), "");
   expect("PRobot arm LLRL mGetInJointp", {kQ1, kQ2, 0.1});
@@ -271,9 +271,9 @@ TEST_F(ClassicAnswers, ListsCountFromOneAndSayTheirRange) {
             "world \"bench\", index: there is no trajectory 0. There are 2, "
             "numbered from 1 to 2.");
   EXPECT_EQ(refused("Worlds GetWorldId 3"),
-            "index: there is no world 3. There are 2, numbered from 1 to 2.");
+            "world.name_at, index: there is no world 3. There are 2, numbered from 1 to 2.");
   EXPECT_EQ(refused("PTrajectory stroke GetGenPoint 12"),
-            "index: there is no point 12. There are 11, numbered from 1 to 11.");
+            "trajectory.point, index: there is no point 12. There are 11, numbered from 1 to 11.");
   // The commands themselves count from 0, as before.
   EXPECT_EQ(call("world.trajectory_name", {{"id", "bench"}, {"index", 0}}), Value("stroke"));
 }

@@ -520,6 +520,36 @@ TEST_F(ClientTest, AnEventCallbackThatThrowsLosesNoEventBehindIt) {
   for (const Answer& a : answers) EXPECT_TRUE(a.result() && a.result()->ok());
 }
 
+TEST_F(ClientTest, NoCallEndsBeforeTheEventsThatCameEarlier) {
+  ioci::EventFilter filter;
+  filter.topics = ioci::bit(ioci::Topic::command) | ioci::bit(ioci::Topic::change);
+  int changes = 0, commands = 0, ended = 0;
+  Host host(
+      app(),
+      [&](const ioci::Event& e) {
+        changes += e.topic == ioci::Topic::change;
+        commands += e.topic == ioci::Topic::command;
+      },
+      std::move(filter));
+  Answer last;
+  for (int i = 1; i <= 20; ++i)
+    last = host.client->call("material.create",
+                             {{"name", "m" + std::to_string(i)}, {"density", 1 + i}},
+                             [&, i](const Result<Value>& r) {
+                               EXPECT_TRUE(r.ok());
+                               EXPECT_EQ(++ended, i);
+                               EXPECT_GE(changes, i);
+                               EXPECT_GE(commands, i);
+                             });
+  while (last.stage() != Answer::Stage::ended) std::this_thread::sleep_for(1ms);
+  // One callback at a time, as for a host that has little time.
+  const auto end = Clock::now() + 30s;
+  while (ended < 20 && Clock::now() < end) (void)host.client->deliver(0us);
+  EXPECT_EQ(ended, 20);
+  EXPECT_EQ(changes, 20);
+  EXPECT_EQ(commands, 20);
+}
+
 TEST_F(ClientTest, WorkRunsOnTheClientsThreadInOrderAndItsEndIsLast) {
   const auto here = std::this_thread::get_id();
   std::vector<std::string> order;  // of the client's thread

@@ -104,6 +104,19 @@ TEST_F(DescribedFields, AreTakenBackByRecordSetWithoutAChange) {
   EXPECT_GT(sets_, 150U);
 }
 
+// {} of Lua may be an empty list: where a table of fields is taken it is an empty one.
+TEST_F(DescribedFields, AnEmptyListIsTakenAsATableWithoutFields) {
+  ASSERT_TRUE(
+      app()
+          .dispatch(session_, "robot.create", {{"name", "bare"}, {"links", List{Map{{"a", 0.3}}}}})
+          .ok());
+  for (const Value& nothing : {Value(Map()), Value(List())}) {
+    const auto done = app().dispatch(
+        session_, "record.set", {{"id", "robot:bare"}, {"path", "base_mass"}, {"value", nothing}});
+    EXPECT_TRUE(done.ok()) << done.error().sentence();
+  }
+}
+
 /// "name, parent" of all fields that are not among the plain ones.
 std::string own_forms(const model::Type& type, const io::PlainFields& plain) {
   std::string out;
@@ -143,6 +156,12 @@ TEST_F(DescribedFields, FieldsOfOtherKindsOfStepsAreRefusedAtEveryDoor) {
     ASSERT_FALSE(set.ok()) << command;
     EXPECT_NE(set.error().sentence().find("speed"), std::string::npos) << set.error().sentence();
   }
+  const auto refused = run("record.set", {{"id", *task}, {"path", "steps[1].count"}, {"value", 2}});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().sentence().find("steps of kind message do not have"), std::string::npos)
+      << refused.error().sentence();
+  EXPECT_NE(refused.error().hint.find("Steps of kind repeat have it"), std::string::npos)
+      << refused.error().hint;
   EXPECT_EQ(fields(), [&] {
     Map m = step;
     m.erase("speed");

@@ -19,6 +19,7 @@
 
 #include <gtest/gtest.h>
 
+#include "document/changed.h"
 #include "document/world_index.h"
 #include "support/records.h"
 #include "support/seed.h"
@@ -66,6 +67,44 @@ Result<Commit> set_parts(Document& d, ObjectId id, std::vector<AnyId> parts) {
   return tx->commit();
 }
 double density(const Snapshot& s, AnyId id) { return s.get(MaterialId{id.number})->density; }
+
+// Records are kept in pages of 512: the list, comparisons and undo go across them.
+TEST(Document, RecordsOfSeveralPagesAreListedComparedAndTakenBack) {
+  constexpr int kMany = 1'300;
+  Document d;
+  const AnyId first = make(d, "first", model::Material{});
+  const auto before = d.now();
+  auto tx = d.begin("many");
+  ASSERT_TRUE(tx.ok());
+  std::vector<AnyId> made;
+  for (int i = 0; i < kMany; ++i) {
+    const auto id = tx->add("m" + std::to_string(i), model::Material{});
+    ASSERT_TRUE(id.ok());
+    made.push_back(AnyId(*id));
+  }
+  ASSERT_TRUE(tx->commit().ok());
+  const auto after = d.now();
+  EXPECT_EQ(document::changed_records(*before, *after), made);
+  EXPECT_EQ(document::changed_records(*after, *before), made);
+  std::vector<AnyId> all{first};
+  all.insert(all.end(), made.begin(), made.end());
+  EXPECT_EQ(after->list(), all);
+  // On both sides of each border of a chunk and of a page.
+  std::vector<AnyId> edited;
+  for (std::size_t i = 0; i < made.size(); ++i)
+    if (const std::uint64_t in_chunk = made[i].number % 16; in_chunk == 0 || in_chunk == 15)
+      edited.push_back(made[i]);
+  auto edit = d.begin("edit");
+  ASSERT_TRUE(edit.ok());
+  for (const AnyId id : edited) ASSERT_TRUE(set_density(*edit, id, 2).ok());
+  ASSERT_TRUE(edit->commit().ok());
+  EXPECT_EQ(document::changed_records(*after, *d.now()), edited);
+  ASSERT_TRUE(d.undo().ok());
+  EXPECT_TRUE(document::changed_records(*after, *d.now()).empty());
+  ASSERT_TRUE(d.undo().ok());
+  EXPECT_TRUE(document::changed_records(*before, *d.now()).empty());
+  EXPECT_EQ(d.now()->list(), std::vector<AnyId>{first});
+}
 
 TEST(Document, SnapshotsStayAsTheyWere) {
   Document d;

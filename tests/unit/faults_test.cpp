@@ -96,6 +96,79 @@ TEST_F(Faults, RemediesOfACallMendIt) {
   EXPECT_GE(tried, 5U);
 }
 
+TEST_F(Faults, NamesAtAnyDepthHaveTheirPlaceAndARemedyThatMendsThem) {
+  call("robot.create", {{"name", "limb"},
+                        {"links", List{Value(Map{{"name", "upper"}, {"a", 0.3}}),
+                                       Value(Map{{"name", "fore"}, {"a", 0.2}}),
+                                       Value(Map{{"name", "hand"}, {"a", 0.1}})}}});
+  call("task.create", {{"name", "shift"}});
+  const Value limb = call("robot.get", {{"name", "limb"}});
+  const auto calls_task = [](const char* name) {
+    return List{Value(Map{{"step", "call"}, {"task", name}})};
+  };
+  const auto with_part = [](const char* name) {
+    return List{Value(Map{{"parts", List{Value(Map{{"what", name}})}}})};
+  };
+  const struct {
+    const char* command;
+    Map args;
+    const char *argument, *where;
+  } cases[] = {{"task.create",
+                {{"name", "day"}, {"steps", calls_task("shiff")}},
+                "steps[1].task",
+                "task.create, steps[1], task"},
+               {"robot.create",
+                {{"name", "two"}, {"links", with_part("pim")}},
+                "links[1].parts[1].what",
+                "robot.create, links[1].parts[1], what"},
+               {"robot.set_link",
+                {{"id", "limb"}, {"link", "uper"}, {"a", 1}},
+                "link",
+                "robot.set_link, link"},
+               {"robot.add_link",
+                {{"id", "limb"}, {"mimic", Map{{"link", "foree"}}}},
+                "mimic.link",
+                "robot \"limb\", link 4.mimic.link"},
+               {"record.set",
+                {{"id", limb}, {"path", "links.3.parent"}, {"value", "uppr"}},
+                "value",
+                "robot \"limb\", links.3.parent"}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.command);
+    const auto all = faults(c.command, c.args);
+    ASSERT_EQ(all.size(), 1U);
+    EXPECT_EQ(all[0].subject.argument, c.argument);
+    EXPECT_EQ(all[0].where, c.where);
+    ASSERT_EQ(all[0].remedies.size(), 1U) << sentence(all[0]);
+    const FaultRemedy& r = all[0].remedies[0];
+    EXPECT_TRUE(r.is_tried) << r.untried;
+    const auto again = app().dispatch(session_, r.command, repeated(r, c.args));
+    EXPECT_TRUE(again.ok()) << again.error().sentence();
+  }
+  // A name that is near nothing gets no remedy.
+  for (const Fault& f : faults("task.create", {{"name", "n"}, {"steps", calls_task("xyzzy")}}))
+    EXPECT_TRUE(f.remedies.empty()) << f.remedies[0].label;
+}
+
+TEST_F(Faults, AFieldOfAnotherKindOfStepIsNamedWithThatKind) {
+  const List steps{Value(Map{{"step", "move"}, {"time", 9}})};
+  const auto all = faults("task.create", {{"name", "day"}, {"steps", steps}});
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(all[0].message, "\"time\" is not a parameter of step = \"move\"");
+  EXPECT_TRUE(all[0].hint.starts_with("\"time\" is one of step = \"wait\". ")) << all[0].hint;
+}
+
+TEST_F(Faults, PathsIntoRecordsHaveOneForm) {
+  call("record.set", {{"id", "arm"}, {"path", "links[2].upper"}, {"value", -1}});
+  const auto all = faults("record.set", {{"id", "arm"}, {"path", "links[2].lower"}, {"value", 0}});
+  ASSERT_EQ(all.size(), 1U);
+  const Value map = fault_map(all[0]);
+  const Value* path = map.as_map()->find("subject")->as_map()->find("path");
+  ASSERT_NE(path, nullptr);
+  EXPECT_TRUE(path->text().starts_with("links.2")) << path->text();
+  EXPECT_EQ(path->text().find('['), std::string::npos) << path->text();
+}
+
 TEST_F(Faults, ARecordThatWouldBeWrongIsNamedWithItsPath) {
   call("record.set", {{"id", "arm"}, {"path", "links[2].upper"}, {"value", -1}});
   const auto all = faults("record.set", {{"id", "arm"}, {"path", "links[2].lower"}, {"value", 0}});
@@ -188,7 +261,7 @@ TEST_F(Faults, ErrorsOfAProgramComeOneByOneThroughLuaAndTheSandbox) {
     EXPECT_EQ(f.subject.command, "program.run_alone");
     expect_open(f);
   }
-  EXPECT_TRUE(all[1].subject.path.ends_with("lines[6]")) << all[1].subject.path;
+  EXPECT_TRUE(all[1].subject.path.ends_with("lines.6")) << all[1].subject.path;
   EXPECT_TRUE(faults_of(lua::wire::error_from(lua::wire::error_value(e))) == all);
   lua::LuaState state(app(), session_, lua::LuaOptions{});
   const auto seen = state.eval(

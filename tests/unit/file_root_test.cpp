@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -12,6 +13,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -19,8 +21,10 @@
 #include <gtest/gtest.h>
 
 #include "kernel/file_root.h"
+#include "kernel/folder_names.h"
 #include "kernel/permit.h"
 #include "kernel/schema.h"
+#include "support/seed.h"
 
 namespace robomosp {
 namespace {
@@ -271,6 +275,39 @@ TEST_F(Door, ALinkThatIsSwappedInMeanwhileLeadsNowhere) {
   EXPECT_GT(outside, 0U) << "the link was never met";
   EXPECT_EQ(content(top_ / "outside" / "secret"), "THE SECRET");
   EXPECT_EQ(std::distance(fs::directory_iterator(top_ / "outside"), {}), 1);
+}
+
+TEST_F(Door, TheFirstNamesAreThoseThatAreFirstInTheAlphabet) {
+  const fs::path many = root_ / "many";
+  fs::create_directories(many / "m folder");
+  std::vector<std::string> all{"m folder"};
+  std::mt19937 random(test::seed());
+  while (all.size() < 300) {
+    std::string name = std::to_string(random());
+    if (random() % 4 == 0) name = "é" + name;
+    if (fs::exists(many / name)) continue;
+    if (random() % 8 == 0) fs::create_symlink(root_ / "own", many / name);
+    else put(many / name, "");
+    all.push_back(name);
+  }
+  std::sort(all.begin(), all.end());
+  const auto names = [&](std::size_t most, std::string_view begin = "") {
+    const auto found = first_names(
+        many, most, [begin](std::string_view name, FileKind) { return name.starts_with(begin); });
+    std::vector<std::string> out;
+    if (found.ok())
+      for (const FolderEntry& e : *found) out.push_back(e.name);
+    return out;
+  };
+  for (const std::size_t most : {0UL, 1UL, 7UL, 299UL, 300UL, 301UL, 100'000UL})
+    EXPECT_EQ(names(most),
+              std::vector<std::string>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(
+                                                                      std::min(most, all.size()))))
+        << most;
+  std::vector<std::string> ones;
+  for (const std::string& name : all)
+    if (name.starts_with("1") && ones.size() < 5) ones.push_back(name);
+  EXPECT_EQ(names(5, "1"), ones);
 }
 
 TEST(NoDoor, WithoutAFolderEverythingIsAsTheSystemHasIt) {

@@ -19,7 +19,7 @@ Fault full_fault() {
   f.severity = Severity::warning;
   f.subject = {.record = {"robot", 7},
                .name = "arm",
-               .path = "links[2].a",
+               .path = "links.2.a",
                .command = "robot.set_link",
                .argument = "a",
                .provider = "ik_dls",

@@ -202,6 +202,84 @@ TEST_F(Measured, ItsRobotHasToFit) {
   EXPECT_EQ(eval("return m:values('x')[1]"), "0.9");
 }
 
+TEST_F(Measured, ARecordingIsRefusedWhereAnyRecordIsTaken) {
+  run("m = recording.create{robot = arm, columns = {{name = 'time', unit = 's', values = {0}}, "
+      "{name = 'q', unit = 'rad', values = {{0, 0}}}}}");
+  for (const char* call :
+       {"fault.list{record = m}", "record.describe{id = m}", "record.outline{id = m}"})
+    refused(call, "is a recording, not a record");
+}
+
+// All commands that take a robot by its name take it as a record, too.
+TEST_F(Measured, ARobotIsAlsoGivenAsARecord) {
+  const char* const columns =
+      "columns = {{name = 'time', unit = 's', values = {0}}, "
+      "{name = 'q', unit = 'rad', values = {{0, 0}}}}}";
+  run(std::string("m = recording.create{robot = arm, ") + columns + " m:compute('pose')");
+  EXPECT_EQ(eval("return m:values('x')[1]"), "0.9");
+  run("cell = world.create{name = 'cell'} cell:add_robot{robot = arm, name = 'left'}");
+  run(std::string("m = recording.create{world = cell, robot = arm, ") + columns +
+      " m:compute{quantities = 'pose', robot = arm}");
+  EXPECT_EQ(eval("return m:values('x')[1]"), "0.9");
+  EXPECT_EQ(eval("for _, r in ipairs(recording.list()) do if r.recording == m then return r.robot "
+                 "end end"),
+            "left");
+  run("assert(cell:check_path{robot = arm, path = {{0, 0}, {0.1, 0}}}.is_free ~= nil)\n"
+      "job = task.create{name = 'job', steps = {{step = 'wait', time = 1}}}\n"
+      "cell:add_task{task = job, robot = arm}\nassert(cell:tasks()[1].robot == 'left')");
+  // As the lines of calls name it, also where another kind has the name.
+  run("name = arm:describe().name\nworld.create{name = name}\n"
+      "for _, text in ipairs{name, 'robot:' .. name} do\n"
+      "  assert(cell:check_path{robot = text, path = {{0, 0}, {0.1, 0}}}.is_free ~= nil)\n"
+      "  cell:set_robot_q{robot = text, q = {0.1, 0}}\nend");
+  refused("world.check_path{id = world.create{name = 'bare'}, robot = arm, path = {{0, 0}}}",
+          "is not in the world");
+  refused("world.check_path{id = 'bare', robot = 'world:bare', path = {{0, 0}}}", "world:bare");
+  run("cell:add_robot{robot = arm, name = 'right'}");
+  refused(std::string("recording.create{world = cell, robot = arm, ") + columns,
+          "is placed more than once");
+}
+
+// Limits that are not symmetric, one beside 0 and one apart from it.
+TEST_F(Measured, SummaryAndBandsAgreeHowNearALimitIs) {
+  run("crane = robot.create{name = 'crane', links = {{name = 'a1', a = 0.3, lower = -1, upper = 3, "
+      "mass = 1}, {name = 'a2', a = 0.2, lower = 1, upper = 2, mass = 1}}}\n"
+      "m = recording.create{robot = 'crane', columns = {"
+      "{name = 'time', unit = 's', values = {0, 1, 2}}, "
+      "{name = 'q', unit = 'rad', values = {{1.4, 1.02}, {0.5, 1.5}, {1, 2.1}}}}}\n"
+      "worst = {}\nfor _, b in ipairs(m:bands{warn = 0.01}) do for _, s in ipairs(b.spans) do\n"
+      "  if s.column then worst[s.column] = math.max(worst[s.column] or 0, s.share) end\n"
+      "end end\n"
+      "r = crane:simulate{q = {1.4, 1.02}, duration = 0.01}\n"
+      "for _, c in ipairs(r:summary{to = 0}) do shares = shares or {}; shares[c.name] = c end");
+  // By hand: the middle of -1 and 3 is 1, that of 1 and 2 is 1.5.
+  EXPECT_EQ(eval("return math.abs(shares.q1.share - 0.2) < 1e-9"), "true");
+  EXPECT_EQ(eval("return math.abs(shares.q2.share - 0.96) < 1e-9"), "true");
+  EXPECT_EQ(eval("return shares.q2.at_share"), "1.02");
+  EXPECT_EQ(eval("return math.abs(worst.q2 - 1.2) < 1e-9"), "true");
+  run("m:compute('limits')");
+  EXPECT_EQ(eval("local u = m:values('used_q2') return math.abs(u[1] - 0.96) < 1e-9 and "
+                 "math.abs(u[3] - 1.2) < 1e-9"),
+            "true");
+}
+
+TEST_F(Measured, BandsSayWhetherLimitsAreMissingOrUnknown) {
+  const auto why = [&](const char* r) {
+    return eval(std::string("for _, b in ipairs(") + r +
+                ":bands()) do if b.name == 'position' then return b.why or 'known' end end");
+  };
+  run("robot.create{name = 'bare', links = {{a = 0.3}, {a = 0.2}}}\n"
+      "free = recording.create{robot = 'bare', columns = {{name = 'time', unit = 's', values = "
+      "{0}}, "
+      "{name = 'q', unit = 'rad', values = {{0, 0}}}}}\n"
+      "nobody = recording.create{columns = {{name = 'time', unit = 's', values = {0}}, "
+      "{name = 'q1', unit = 'rad', values = {0}}}}");
+  EXPECT_EQ(why("free"), "the joints have no position limits");
+  EXPECT_EQ(why("nobody"), "no limits are known: the recording names no robot");
+  run("robot.remove('bare')");
+  EXPECT_EQ(why("free"), "no limits are known: robot \"bare\" does not exist any more");
+}
+
 TEST_F(Measured, PartsAreRowsOfATime) {
   run("m = measured(101)");
   EXPECT_EQ(eval("return #m:part{from = 0.1, to = 0.2}:values('time')"), "21");

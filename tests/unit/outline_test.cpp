@@ -125,6 +125,28 @@ TEST_F(Outline, AnUnknownGroupIsRefusedWithThoseThereAre) {
   EXPECT_NE(r.error().sentence().find("robots"), std::string::npos) << r.error().sentence();
 }
 
+TEST_F(Outline, ARecordingIsRefusedByAllCommandsOfRecordsOfAnyKind) {
+  const List columns{Map{{"name", "q1"}, {"values", List{0.0, 0.1}}}};
+  const Value recording = call("recording.create", {{"title", "taken"}, {"columns", columns}});
+  ASSERT_TRUE(recording.as_handle());
+  int tried = 0;
+  for (const ioci::CommandSpec* spec : app->commands.list()) {
+    if (!spec->name.starts_with("record.")) continue;
+    Map args;
+    for (const ParamSpec& p : spec->params) {
+      if (p.name == "id" && p.type == "ref:any") args.set("id", recording);
+      else if (p.required) args.set(p.name, "x");
+    }
+    if (!args.find("id")) continue;
+    const auto r = app->dispatch(session, spec->name, args);
+    ASSERT_FALSE(r.ok()) << spec->name;
+    EXPECT_NE(r.error().sentence().find("a recording is not a record"), std::string::npos)
+        << spec->name << ": " << r.error().sentence();
+    ++tried;
+  }
+  EXPECT_GE(tried, 8);
+}
+
 TEST_F(Outline, WithoutAWindowItsCommandsSaySo) {
   EXPECT_EQ(call("window.is_open", {}), Value(false));
   const auto r = app->dispatch(session, "window.read", {{"widget", "console"}});

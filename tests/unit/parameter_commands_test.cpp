@@ -166,9 +166,10 @@ TEST_F(Parameters, EveryCommandTakesExpressionsWhereverARecordHoldsANumber) {
             "material.set, density, at character 1 of \"nope*2\": there is no parameter \"nope\". "
             "Parameters are rho.");
   EXPECT_EQ(eval("r:set_pose(\"bad\", {\"L\", \"L\"})"),
-            "q[1]: \"L\" is a length; an angle (rad) is expected.");
+            "robot.set_pose, q[1]: \"L\" is a length; an angle (rad) is expected.");
   EXPECT_EQ(eval("w:set_signal(\"level\", \"lux\")"),
-            "value: \"lux\" is a number without a unit; a length (m) is expected. Multiply it by a "
+            "world.set_signal, value: \"lux\" is a number without a unit; a length (m) is "
+            "expected. Multiply it by a "
             "unit, such as mm.");
 }
 

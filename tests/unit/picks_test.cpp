@@ -14,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/movable.h"
 #include "scene/origin.h"
 #include "scene/scene_model.h"
 #include "support/lua_program.h"
@@ -252,6 +253,64 @@ TEST_F(PicksTest, EveryKindOfItemLeadsToAPathThatCommandsSetAndTheSceneFollows) 
                            "2/1", "2/2", "3/2", "4/2", "4/6", "5/0", "6/0", "7/1", "7/4"})
     EXPECT_TRUE(seen_.contains(kind)) << kind;
   EXPECT_GT(set_, 40);
+}
+
+// A trajectory that is placed twice: the points and the segment of the placement that was picked.
+TEST_F(PicksTest, ATrajectoryPlacedTwiceIsMovedWhereItWasPicked) {
+  run("stroke = trajectory.create{name = 'stroke', segments = {{shape = 'line', "
+      "points = {{0.1, 0, 0}, {0.3, 0, 0}}}}}\n"
+      "cell = world.create{name = 'cell'}\n"
+      "cell:add_trajectory{trajectory = stroke, name = 'near'}\n"
+      "cell:add_trajectory{trajectory = stroke, name = 'far', position = {0, 2, 0}}");
+  const AnyId world = named(Kind::world, "cell"), stroke = named(Kind::trajectory, "stroke");
+  SceneModel model(app().derived, app().registry, world);
+  NoProgress progress;
+  const auto frame = model.update(wanted({}), Detail::exact, progress);
+  ASSERT_TRUE(frame.ok());
+  std::map<std::string, ElementRef> picked;
+  for_each_element(**frame, [&](const ElementRef& ref) {
+    if (ref.member->kind == MemberKind::trajectory) picked.emplace(ref.member->name, ref);
+  });
+  ASSERT_EQ(picked.size(), 2U);
+  for (const auto& [name, y] : {std::pair{"near", 0.0}, {"far", 2.0}}) {
+    const std::optional<ElementRef> seen = picked.at(name);
+    const auto points = control_points(**frame, stroke, seen);
+    ASSERT_EQ(points.size(), 2U) << name;
+    EXPECT_NEAR(points[1].place[0], 0.3, 1e-12) << name;
+    EXPECT_NEAR(points[1].place[1], y, 1e-12) << name;
+    const auto moved = movable(**frame, stroke, "segments.1.points.2", seen);
+    ASSERT_TRUE(moved.ok()) << moved.error().sentence();
+    EXPECT_NEAR(moved->world_T_own().p[0], 0.3, 1e-12) << name;
+    EXPECT_NEAR(moved->world_T_own().p[1], y, 1e-12) << name;
+  }
+  EXPECT_NEAR(control_points(**frame, stroke)[0].place[1], 0, 1e-12);
+  for (const char* path : {"segments.0", "segments.2", "segments.1.points.3", "segments.x",
+                           "segments.99999999999999999999"})
+    EXPECT_FALSE(movable(**frame, stroke, path).ok()) << path;
+}
+
+TEST_F(PicksTest, RowsOfLinksHaveTheValuesOfTheirJoints) {
+  run("two = robot.create{name = 'two', links = {{name = 'turn', a = 0.5, alpha = '90 deg', "
+      "theta = "
+      "'30 deg'}, {name = 'slide', joint = 'prismatic', d = 0.2}}}\n"
+      "cell = world.create{name = 'rows'}\n"
+      "cell:add_robot{name = 'r', robot = two, q = {'-12.5 deg', 0.05}}");
+  Extras extras;
+  extras.dh_rows = true;
+  SceneModel model(app().derived, app().registry, named(Kind::world, "rows"));
+  const auto texts = [&] {
+    std::set<std::string> out;
+    NoProgress progress;
+    const auto frame = model.update(wanted(extras), Detail::exact, progress);
+    EXPECT_TRUE(frame.ok());
+    if (frame.ok())
+      for (const render::Label& label : to_scene(**frame).labels) out.insert(label.text);
+    return out;
+  };
+  EXPECT_TRUE(texts().contains("turn: a 500 mm, alpha 90 deg, d 0 mm, theta 30 deg - 12.5 deg"));
+  EXPECT_TRUE(texts().contains("slide: a 0 mm, alpha 0 deg, d 200 mm + 50 mm, theta 0 deg"));
+  run("cell:set_robot_q{robot = 'r', q = {'20 deg', 0}}");
+  EXPECT_TRUE(texts().contains("turn: a 500 mm, alpha 90 deg, d 0 mm, theta 30 deg + 20 deg"));
 }
 
 class LibraryPicksTest : public PicksTest, public testing::WithParamInterface<const char*> {};

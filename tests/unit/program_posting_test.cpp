@@ -116,7 +116,7 @@ TEST_F(ProgramPosting, WhatCannotBePostedIsAFaultWithItsLine) {
   ASSERT_FALSE(faults.empty());
   EXPECT_EQ(faults.front().code, "program.syntax");
   EXPECT_EQ(faults.front().subject.line, 5U);
-  EXPECT_EQ(faults.front().subject.path, "files.1.lines[5]");
+  EXPECT_EQ(faults.front().subject.path, "files.1.lines.5");
 }
 
 TEST_F(ProgramPosting, PostedFilesAreReadBack) {

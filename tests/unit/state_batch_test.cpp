@@ -349,7 +349,7 @@ TEST_F(StateBatch, WhatIsWrongIsSaidWithItsRow) {
       session_, "robot.fk", Map{{"id", "arm"}, {"q", NumericArray(std::vector<double>(), 0, 6)}});
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().sentence(),
-            "q: a matrix without rows contains no state. Give one row per state.");
+            "robot.fk, q: a matrix without rows contains no state. Give one row per state.");
   std::vector<double> bad(60'000, 0.1);
   bad[6 * 8123 + 2] = kNan;
   const auto nan = app().dispatch(session_, "robot.inverse_dynamics",

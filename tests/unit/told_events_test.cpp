@@ -16,6 +16,7 @@
 #include <robomosp/sdk/ik.h>
 
 #include "ioci/core/commands.h"
+#include "ioci/core/handle_text.h"
 #include "ioci/core/lua_line.h"
 #include "ioci/core/secrets.h"
 #include "ioci/core/surroundings.h"
@@ -205,6 +206,39 @@ TEST_F(ToldEvents, ALineIsLuaThatGivesTheArgumentsBack) {
     deep = std::move(one);
   }
   EXPECT_TRUE(line({{"deep", std::move(deep)}}).is_whole);
+}
+
+TEST_F(ToldEvents, ALineNamesTheKindWhereOthersHaveTheName) {
+  call("material.create", {{"name", "twin"}, {"density", 1}});
+  call("solid.create", {{"name", "twin"}, {"root", Map{{"kind", "sphere"}, {"radius", 1}}}});
+  call("world.create", {{"name", "twin"}});
+  call("material.create", {{"name", "alone"}, {"density", 1}});
+  const auto now = app().document.now();
+  const auto line = [&](const Handle& h) {
+    CommandSpec spec;
+    spec.name = "a.b";
+    return lua_line(app(), spec, {{"id", h}}).text;
+  };
+  const Handle alone = Application::handle(*now->find(Kind::material, "alone"));
+  EXPECT_EQ(line(alone), "a.b{id = \"alone\"}");
+  const Handle world = Application::handle(*now->find(Kind::world, "twin"));
+  EXPECT_EQ(line(world), "a.b{id = \"world:twin\"}");
+  // Each text means its record, whatever kinds are taken.
+  for (const AnyId id : now->list()) {
+    const Handle h = Application::handle(id);
+    const auto text = reference_text(*now, h);
+    ASSERT_TRUE(text);
+    for (const std::string& kinds :
+         {std::string("any"), h.kind, "material|solid|world|" + h.kind}) {
+      const auto found = app().resolve(*now, kinds, Value(*text));
+      ASSERT_TRUE(found.ok()) << *text << ": " << found.error().sentence();
+      EXPECT_EQ(*found, h) << *text << " as " << kinds;
+    }
+  }
+  EXPECT_FALSE(app().resolve(*now, "solid", Value("world:twin")).ok());
+  // What there is, is named so that each name can be used.
+  EXPECT_EQ(app().resolve(*now, "any", Value("nowhere near")).error().hint,
+            "There are material:twin, alone, solid:twin and world:twin.");
 }
 
 TEST_F(ToldEvents, SessionsAreToldWhenTheyOpenAndClose) {

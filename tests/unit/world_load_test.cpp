@@ -167,8 +167,9 @@ TEST_F(WorldLoad, WhatHasNoPlaceOrIsNotThereIsRefusedInASentence) {
   EXPECT_EQ(refusal({{"file", "brass.mtr"}}),
             "\"brass.mtr\" holds a material. Only elements with a placement can be in a world; "
             "load materials with file.load.");
-  EXPECT_EQ(refusal({{"file", "crate.csg"}, {"q", List{1}}}),
-            "q: q is for a robot, but the file contains a solid. Leave it out.");
+  EXPECT_EQ(
+      refusal({{"file", "crate.csg"}, {"q", List{1}}}),
+      "world.load_element, q: q is for a robot, but the file contains a solid. Leave it out.");
   EXPECT_NE(refusal({{"file", "none.rbt"}}).find("none.rbt"), std::string::npos);
   EXPECT_NE(refusal({{"file", "notes.txt"}}).find(".txt cannot be imported"), std::string::npos);
   call("world.save", {{"id", "cell"}, {"file", "cell.wld"}});

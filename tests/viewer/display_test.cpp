@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <QApplication>
@@ -19,6 +20,7 @@
 #include "viewer/synthetic.h"
 #include "viewer/theme/theme.h"
 #include "viewer/window/check_display.h"
+#include "viewer/window/pace.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -187,6 +189,62 @@ TEST_F(DisplayTest, AStillIsDrawnBesideTheWindow) {
   settle();
   EXPECT_GT(display->pictures_drawn(), drawn);
   EXPECT_GT(colours(display->shown()), 200U);
+}
+
+TEST_F(DisplayTest, AfterAMotionAllPixelsAreDrawn) {
+  drag(Qt::LeftButton, Qt::NoModifier, {300, 300}, {60, 20});
+  for (int i = 0; i < 5; ++i) {
+    wheel({200, 150}, i % 2 == 0 ? 1 : -1);
+    QApplication::processEvents();
+  }
+  settle();
+  EXPECT_FALSE(display->is_coarse());
+  const QImage at_rest = display->shown();
+  const int drawn = display->pictures_drawn();
+  display->set_refining(false);  // draws again
+  settle();
+  EXPECT_GT(display->pictures_drawn(), drawn);
+  EXPECT_EQ(display->shown(), at_rest);
+}
+
+TEST_F(DisplayTest, APictureTakenWhileTheViewMovesHasAllPixels) {
+  for (int i = 0; i < 6; ++i) {
+    wheel({200, 150}, i % 2 == 0 ? 1 : -1);
+    QApplication::processEvents();
+  }
+  const QImage moving = display->shown();
+  EXPECT_FALSE(display->is_coarse());
+  settle();
+  EXPECT_EQ(display->shown(), moving);
+}
+
+TEST(Pace, FewerPixelsWhereTheyTakeLongAndAllWhereTheyDoNot) {
+  const auto after = [](Pace pace, double fixed, double per_picture) {
+    double seconds = 0;
+    for (int i = 0; i < 40; ++i) {
+      const double share = pace.share();
+      seconds = fixed + per_picture * share * share;
+      pace.drawn(share, seconds);
+    }
+    return std::pair(pace, seconds);
+  };
+  Pace pace;
+  EXPECT_EQ(pace.share(), 1);
+  // 60 ms a picture: as many pixels as the aim allows.
+  const auto [slow, seconds] = after(pace, 0.004, 0.056);
+  EXPECT_LT(slow.share(), 0.7);
+  EXPECT_GT(slow.share(), 0.35);
+  EXPECT_LT(seconds, 1.2 * Pace::kAim);
+  EXPECT_GT(seconds, 0.6 * Pace::kAim);
+  // Never less than what shows shapes, and all of them again when the machine is free.
+  EXPECT_EQ(after(slow, 0.2, 1).first.share(), Pace::kLeast);
+  EXPECT_EQ(after(slow, 0.001, 0.006).first.share(), 1);
+  // A fast machine never has fewer.
+  Pace fast;
+  for (int i = 0; i < 100; ++i) {
+    fast.drawn(1, 0.004);
+    EXPECT_EQ(fast.share(), 1);
+  }
 }
 
 TEST_F(DisplayTest, AtRestThePictureIsReplacedByAStillUntilSomethingMoves) {

@@ -1039,7 +1039,7 @@ TEST_F(Properties, ARobotOfAWorldIsMovedByItsJointsAndItsTool) {
   // A drag is one step.
   JointRow* second = panel->joints()->joints()[1];
   const int bar = second->field()->geometry().left() - 30;
-  drag(second, {bar, 13}, {12, 0});
+  drag(second, {bar, second->field()->geometry().center().y()}, {12, 0});
   const double wanted = second->value()->number();
   ASSERT_TRUE(wait_for([&] { return std::fabs(q_of(1) - wanted) < 1e-9; }));
   EXPECT_EQ(steps(), 2U);
@@ -1344,11 +1344,17 @@ std::size_t type_again(QWidget* root) {
 // and the command is run through the form on the document that the example had made for it.
 TEST(EveryCommand, IsOpenedFilledAndRunByItsForm) {
   const test::ExamplesFolder folder("every-form");
-  // Some work on what their own session has begun.
-  constexpr std::size_t kMostOthers = 30;
+  // What these work on belongs to the session that began it, needs a window, or is not there twice.
+  const auto may_be_refused = [](const std::string& name) {
+    for (const char* begin : {"draft.", "gesture.", "event.", "job.", "run.", "window."})
+      if (name.starts_with(begin)) return true;
+    static const std::set<std::string> kOthers{"document.undo",    "document.redo",
+                                               "fault.picture",    "plugin.set",
+                                               "recovery.discard", "robot.solve_goals"};
+    return kOthers.contains(name);
+  };
   std::size_t opened = 0, typed = 0, ran = 0;
   std::string others;
-  std::size_t other_count = 0;
   static ioci::Client* now = nullptr;
   ioci::Session asking("asking");
   std::vector<std::pair<double, std::string>> times;  // to draw each form [ms]
@@ -1410,7 +1416,7 @@ TEST(EveryCommand, IsOpenedFilledAndRunByItsForm) {
           ASSERT_TRUE(wait_for([&] { return failure.has_value(); }, 120000)) << spec->name;
           ran += failure->empty();
           if (!failure->empty()) {
-            ++other_count;
+            EXPECT_TRUE(may_be_refused(spec->name)) << spec->name << ": " << *failure;
             others += "\n  " + spec->name + ": " + *failure;
           }
         }
@@ -1426,7 +1432,6 @@ TEST(EveryCommand, IsOpenedFilledAndRunByItsForm) {
   EXPECT_GT(opened, 500U);
   EXPECT_GT(typed, 1000U);
   EXPECT_GT(ran, 500U);
-  EXPECT_LE(other_count, kMostOthers) << others;
   std::cout << "Note: " << opened << " forms opened, " << typed << " values typed, " << ran
             << " commands run in " << clock.elapsed() / 1000 << " s; refused:" << others << "\n";
 }

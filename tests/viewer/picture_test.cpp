@@ -174,21 +174,6 @@ TEST(Picture, PickingTellsTheNearestItemAndThePlace) {
   EXPECT_FALSE(r.scene().pick(3, 3));
 }
 
-TEST(Picture, SelectionShowsInOrange) {
-  Frame frame = cube_frame();
-  frame.items[0].appearance.colour = {0.5F, 0.5F, 0.5F, 1};
-  frame.camera.view = Camera::View::front;
-  auto r = renderer_for(frame);
-  const auto pixel = *r.scene().camera().project({0, -0.1, 0.2});
-  const Rgb plain = around(finished(r), pixel);
-  r.scene().select({7});
-  const Rgb chosen = around(finished(r), pixel);
-  EXPECT_NEAR(plain.r, plain.b, 15);
-  EXPECT_GT(chosen.r, chosen.b + 20);
-  r.scene().select({});
-  EXPECT_NEAR(around(finished(r), pixel).r, plain.r, 0.5);
-}
-
 TEST(Picture, PlaybackMovesItemsToTheirPoseAtThatTime) {
   Frame frame = cube_frame();
   Playback playback{{0, 2}, {7}, {frame.items[0].pose, frame.items[0].pose}};

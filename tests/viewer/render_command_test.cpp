@@ -156,7 +156,7 @@ TEST_F(RenderCommand, WrongArgumentsAreToldBeforeAnyFileIsMade) {
   expect({{"section", Map{{"axis", "x"}, {"normal", List{0, 0, 1}}}}},
          "either an axis or a normal");
   expect({{"section", Map{{"offset", 0.1}}}}, "either an axis or a normal");
-  expect({{"background", "mauve"}}, "is not studio, white, transparent or a colour");
+  expect({{"background", "mauve"}}, "is not studio, dark, white, transparent or a colour");
   expect({{"explode", -1}}, "explode");
   expect({{"q", List{0, 0}}}, "has no joints");
   expect({{"at", 1.0}}, "needs a recording");

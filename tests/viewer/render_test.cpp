@@ -320,6 +320,36 @@ TEST_F(Render, EveryNamedViewFillsThePicture) {
     }
 }
 
+TEST_F(Render, AFloorDoesNotMakeWhatStandsOnItSmall) {
+  // The rows of x and y; depth depends on the floor, too.
+  const auto projection_of = [](const Scene& scene) {
+    const auto clip_T_world = shot(scene, plain(View::front)).image.clip_T_world;
+    return std::vector<double>(clip_T_world.begin(), clip_T_world.begin() + 8);
+  };
+  const auto projection = [&](const std::vector<Item>& items) {
+    Scene scene;
+    scene.items = items;
+    return projection_of(scene);
+  };
+  const Item body = item(1, synthetic::box(0.4, 0.4, 0.4), {0, 0, 0.2});
+  const auto slab = [](double side, const Vec3& place) {
+    return item(2, synthetic::box(side, side, 0.05), place);
+  };
+  const auto alone = projection({body});
+  EXPECT_EQ(projection({body, slab(10, {1, 2, -0.025})}), alone);
+  // A table top, a base of the same size, a wall, and a floor without anything on it count.
+  EXPECT_NE(projection({body, slab(10, {0, 0, 0.8})}), alone);
+  EXPECT_NE(projection({body, slab(0.6, {0, 0, -0.025})}), alone);
+  EXPECT_NE(projection({body, item(3, synthetic::box(0.05, 10, 10), {1, 0, 5})}), alone);
+  EXPECT_NE(projection({slab(10, {0, 0, -0.025})}), projection({slab(1, {0, 0, -0.025})}));
+  // A frame far from all bodies does not count either.
+  Scene far;
+  far.items = {body};
+  far.triads.push_back({5, {}, 0.1, "far", false});
+  far.triads.back().pose.p = {100, 0, 0};
+  EXPECT_EQ(projection_of(far), alone);
+}
+
 TEST_F(Render, ClearBodiesAreSeenInTheOrderOfTheirDepth) {
   const auto pane = synthetic::box(0.2, 0.004, 0.2);
   const Colour red{0.9F, 0.05F, 0.05F, 0.6F}, blue{0.05F, 0.05F, 0.9F, 0.6F};
@@ -450,37 +480,91 @@ TEST_F(Render, ThePngHasAnOpacityChannelOnlyWhenItNeedsOne) {
   }
 }
 
-TEST_F(Render, LegendsAreBarsOfTheirColoursAtTheRightEdge) {
+TEST_F(Render, LegendsAreBarsOfTheirColoursInTheUpperRightCorner) {
   Scene scene;
   scene.items.push_back(item(1, synthetic::box(0.1, 0.1, 0.1), {}));
   scene.legends.push_back({"value [m]",
                            {{0.2F, 0.1F, 0.4F, 1}, {0.1F, 0.6F, 0.5F, 1}, {0.9F, 0.8F, 0.2F, 1}},
                            {{0, "0"}, {0.5, "1"}, {1, "2"}}});
+  scene.legends.push_back({"other", {{0.7F, 0.1F, 0.7F, 1}}, {{0, "0"}, {1, "1000"}}});
   // Drawings go to the screen as they are, shaded pictures through linear light.
   for (const Style style : {Style::smooth, Style::hidden_line}) {
     render::Options o = plain(View::front);
     o.look.style = style;
     const Shot drawn = shot(scene, o);
-    std::vector<std::array<int, 2>> found(3, {-1, -1});  // lowest and highest row of each colour
-    for (int y = 0; y < drawn.image.height; ++y)
-      for (int x = drawn.image.width / 2; x < drawn.image.width; ++x)
-        for (std::size_t c = 0; c < 3; ++c) {
-          const Colour& wanted = scene.legends[0].colours[c];
+    const int width = drawn.image.width, height = drawn.image.height;
+    /// Left, upper, right and lower end of a colour [px].
+    const auto box_of = [&](const Colour& wanted) {
+      std::array<int, 4> box{9999, 9999, -1, -1};
+      for (int y = 0; y < height / 2; ++y)
+        for (int x = 0; x < width; ++x) {
           const Rgba p = drawn.at(x, y);
           const auto near = [](int is, float want) {
             return std::abs(is - static_cast<int>(255 * want)) < 4;
           };
-          if (!near(p.r, wanted.r) || !near(p.g, wanted.g) || !near(p.b, wanted.b)) continue;
-          if (found[c][0] < 0) found[c][0] = y;
-          found[c][1] = y;
+          if (near(p.r, wanted.r) && near(p.g, wanted.g) && near(p.b, wanted.b))
+            box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x),
+                   std::max(box[3], y)};
         }
-    for (std::size_t c = 0; c < 3; ++c) ASSERT_GE(found[c][0], 0) << c;
-    // From below to above, of equal height, together about half the height of the picture.
-    EXPECT_LT(found[2][1], found[1][0]);
-    EXPECT_LT(found[1][1], found[0][0]);
-    for (std::size_t c = 0; c < 3; ++c)
-      EXPECT_NEAR(found[c][1] - found[c][0] + 1, 0.46 * drawn.image.height / 3, 3);
+      return box;
+    };
+    std::vector<std::array<int, 4>> parts;
+    for (const Colour& colour : scene.legends[0].colours) parts.push_back(box_of(colour));
+    for (std::size_t c = 0; c < 3; ++c) {
+      ASSERT_GE(parts[c][2], 0) << c;
+      EXPECT_EQ(parts[c][1], parts[0][1]) << c;  // in one row
+      EXPECT_EQ(parts[c][3], parts[0][3]) << c;
+      EXPECT_NEAR(parts[c][2] - parts[c][0], parts[0][2] - parts[0][0], 2) << c;
+      if (c > 0) {
+        EXPECT_NEAR(parts[c][0], parts[c - 1][2] + 1, 1) << c;
+      }
+    }
+    EXPECT_GT(parts[2][2] - parts[0][0], 4 * (parts[0][3] - parts[0][1]));
+    EXPECT_GT(parts[0][0], width / 3);
+    EXPECT_GT(parts[2][2], 9 * width / 10);
+    // The second one lies below the first and the values of that.
+    const auto below = box_of(scene.legends[1].colours[0]);
+    ASSERT_GE(below[2], 0);
+    EXPECT_GT(below[1], parts[0][3] + 10);
+    EXPECT_EQ(below[2], parts[2][2]);
   }
+}
+
+TEST_F(Render, FramesBehindABodyAreSeenWeaker) {
+  Scene scene;
+  scene.items.push_back(item(1, synthetic::box(0.2, 0.2, 0.2), {}));
+  const render::Options o = plain(View::front);
+  const Shot without = shot(scene, o);
+  const auto difference = [&](bool is_on_top) {
+    scene.triads = {{2, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {-0.04, 0, -0.04}}, 0.08, "", is_on_top}};
+    const Shot with = shot(scene, o);
+    double sum = 0;
+    for (int y = 0; y < with.image.height; ++y)
+      for (int x = 0; x < with.image.width; ++x) {
+        const Rgba a = without.at(x, y), b = with.at(x, y);
+        sum += std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b);
+      }
+    return sum;
+  };
+  const double full = difference(true), weak = difference(false);
+  EXPECT_GT(full, 1000);
+  EXPECT_GT(weak, 0.3 * full);
+  EXPECT_LT(weak, 0.8 * full);
+}
+
+TEST_F(Render, ADarkStudioHasADarkFloorAndTheBodyOfTheLightOne) {
+  Scene scene;
+  scene.items.push_back(item(1, synthetic::box(0.2, 0.2, 0.2), {}));
+  render::Options o = plain(View::isometric);
+  o.look.background = Background::studio;
+  const Shot light = shot(scene, o);
+  o.look.background_colour = {0, 0, 0, 1};
+  const Shot dark = shot(scene, o);
+  const int x = light.image.width / 2, y = light.image.height / 2;
+  EXPECT_GT(light.at(4, light.image.height - 4).r, 90);  // the floor
+  EXPECT_LT(dark.at(4, light.image.height - 4).r, 70);
+  EXPECT_LT(dark.at(4, 4).r, 70);  // the wall
+  EXPECT_GT(dark.at(x, y).g, 0.7 * light.at(x, y).g);
 }
 
 TEST_F(Render, KindsArePatchesAtTheUpperRightEdge) {

@@ -11,6 +11,16 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr const char* kCommand = "command";
+constexpr const char* kDefaultKeys = "default_keys";
+
+void show_tip(QAction& action) {
+  QString words = action.text();
+  words.remove('&').remove(QStringLiteral("..."));
+  const QString keys = action.shortcut().toString(QKeySequence::NativeText);
+  const QString command = action.property(kCommand).toString();
+  action.setToolTip(words + (keys.isEmpty() ? QString() : " (" + keys + ")") +
+                    (command.isEmpty() ? QString() : "\n" + command));
+}
 
 }  // namespace
 
@@ -20,20 +30,31 @@ QAction* Actions::add(QMenu* menu, const ActionSpec& spec, std::function<void(bo
   if (*spec.icon) action->setIcon(icon(spec.icon));
   if (*spec.keys) action->setShortcut(QKeySequence(spec.keys));
   action->setCheckable(spec.is_checkable);
-  action->setProperty(kCommand, QString::fromUtf8(spec.command));
-  QString words = action->text();
-  words.remove('&').remove(QStringLiteral("..."));
-  const QString keys = action->shortcut().toString(QKeySequence::NativeText);
-  action->setToolTip(words + (keys.isEmpty() ? QString() : " (" + keys + ")") +
-                     (*spec.command ? "\n" + QString::fromUtf8(spec.command) : QString()));
   action->setStatusTip(QString());
   if (run)
     QObject::connect(action, &QAction::triggered, owner_,
                      [run = std::move(run)](bool on) { run(on); });
   if (menu) menu->addAction(action);
-  all_.push_back(action);
-  by_name_.emplace(spec.name, action);
+  adopt(*action, *spec.command ? QString::fromUtf8(spec.command)
+                               : QString("window.trigger{action = \"%1\"}").arg(spec.name));
   return action;
+}
+
+void Actions::adopt(QAction& action, const QString& command) {
+  action.setProperty(kDefaultKeys, QVariant::fromValue(action.shortcut()));
+  action.setProperty(kCommand, command);
+  show_tip(action);
+  all_.push_back(&action);
+  by_name_.emplace(action.objectName().toStdString(), &action);
+}
+
+void Actions::set_keys(QAction& action, const QKeySequence& keys) {
+  action.setShortcut(keys);
+  show_tip(action);
+}
+
+QKeySequence Actions::default_keys(const QAction& action) {
+  return action.property(kDefaultKeys).value<QKeySequence>();
 }
 
 QAction* Actions::find(std::string_view name) const {

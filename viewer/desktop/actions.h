@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <QAction>
+#include <QKeySequence>
 #include <QObject>
 #include <QString>
 
@@ -23,7 +24,7 @@ struct ActionSpec {
   const char* text;     ///< with & before the letter that reaches it in its menu
   const char* icon;     ///< see icons.h; "" = none
   const char* keys;     ///< its shortcut, such as "Ctrl+S"; "" = none
-  const char* command;  ///< that it calls, as Lua
+  const char* command;  ///< that it calls, as Lua; "" = window.trigger with its name
   bool is_checkable = false;
 };
 
@@ -39,6 +40,12 @@ class Actions {
   void enable(std::string_view name, bool on) const;
   void check(std::string_view name, bool on) const;
   [[nodiscard]] const std::vector<QAction*>& all() const { return all_; }
+  /// Lists an action that something else has made, such as a dock; it has its object name already.
+  void adopt(QAction& action, const QString& command);
+  /// Sets the shortcut of an entry, also in its tool tip.
+  static void set_keys(QAction& action, const QKeySequence& keys);
+  /// The shortcut that it was added with.
+  [[nodiscard]] static QKeySequence default_keys(const QAction& action);
 
  private:
   QObject* owner_;

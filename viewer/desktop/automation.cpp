@@ -24,6 +24,7 @@
 #include <QTextEdit>
 #include <QTreeView>
 
+#include "viewer/desktop/console_output.h"
 #include "viewer/desktop/main_window.h"
 #include "viewer/desktop/navigator.h"
 #include "viewer/desktop/values.h"
@@ -135,6 +136,17 @@ Result<std::string> photograph_of(QWidget& widget) {
     const QImage picture = display->shown();
     if (picture.isNull()) continue;
     painter.drawImage(QRect(display->mapTo(&widget, QPoint()), display->size()), picture);
+    // What is over the picture, such as the names of four views.
+    for (QWidget* child : display->findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly))
+      if (child->isVisible() && child->objectName() != "display_surface" &&
+          child->objectName() != "display_overlay")
+        child->render(&painter, child->mapTo(&widget, QPoint()), QRegion(), QWidget::DrawChildren);
+    // What is over the view, such as the palette.
+    const QRect place(display->mapTo(&widget, QPoint()), display->size());
+    for (QWidget* child : widget.findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly))
+      if (child->isVisible() && !child->isWindow() && !child->isAncestorOf(display) &&
+          child != display && child->geometry().intersects(place))
+        child->render(&painter, child->pos());
   }
   painter.end();
   QByteArray bytes;
@@ -230,12 +242,15 @@ Result<Value> Automation::act_here(std::string_view what, const Map& args) {
   if (what == "trigger") return trigger(args);
   if (what == "open") return open(args);
   if (what == "set") return set(args);
+  if (what == "set_keys") return set_keys(args);
   if (what == "widgets") return widgets(args);
   if (what == "click") return click(args);
   if (what == "drag") return drag(args);
   if (what == "type") return type(args);
   if (what == "read") return read(args);
   if (what == "select") return select(args);
+  if (what == "show_member") return show_member(args);
+  if (what == "fade_member") return fade_member(args);
   if (what == "settle") return Value(window().is_settled());
   if (what == "photograph") return photograph(args);
   return error(ErrorCode::internal, "the window does not know window." + std::string(what),
@@ -300,7 +315,17 @@ Result<Value> Automation::open(const Map& args) {
   if (!window().panels().contains(shown(panel)))
     return error(ErrorCode::unknown_name, "there is no panel \"" + panel + "\"",
                  "Panels are " + utf8(window().panels().join(", ")) + ".", "panel");
-  window().show_panel(shown(panel));
+  const std::string page = text_at(args, "page");
+  if (panel == "help" && !page.empty()) window().show_page(shown(page));
+  else window().show_panel(shown(panel));
+  return Value();
+}
+
+Result<Value> Automation::set_keys(const Map& args) {
+  const Value* keys = args.find("keys");
+  const std::string* text = keys ? keys->as_string() : nullptr;
+  RMP_TRY(window().set_keys(text_at(args, "action"),
+                            text ? std::optional(shown(*text)) : std::nullopt));
   return Value();
 }
 
@@ -429,6 +454,7 @@ Result<Value> Automation::read(const Map& args) const {
   QString text;
   if (const auto* label = qobject_cast<QLabel*>(widget)) text = label->text();
   else if (const auto* line = qobject_cast<QLineEdit*>(widget)) text = line->text();
+  else if (const auto* lines = dynamic_cast<ConsoleOutput*>(widget)) text = lines->text();
   else if (const auto* plain = qobject_cast<QPlainTextEdit*>(widget)) text = plain->toPlainText();
   else if (const auto* rich = qobject_cast<QTextEdit*>(widget)) text = rich->toPlainText();
   else if (const auto* button = qobject_cast<QAbstractButton*>(widget)) text = button->text();
@@ -462,6 +488,43 @@ Result<Value> Automation::select(const Map& args) {
   const auto record = handle_at(args, "record");
   window().desk().select(record ? Selection{{*record, text_at(args, "path")}} : Selection());
   return Value();
+}
+
+Result<Value> Automation::show_member(const Map& args) {
+  const auto world = handle_at(args, "record");
+  const std::string member = text_at(args, "member");
+  for (ViewTab* view : window().views()) {
+    if (view->what() != world) continue;
+    if (!view->has_member(member))
+      return error(ErrorCode::unknown_name,
+                   "the world \"" + utf8(view->name()) + "\" has no member \"" + member + "\"",
+                   "Name it with its list, as record.outline does: \"objects.table\".", "member");
+    view->show_member(member, flag_at(args, "shown"));
+    return Value();
+  }
+  return error(ErrorCode::not_found, "no view shows the world",
+               "Open it with window.open{record = ...}.", "record");
+}
+
+Result<Value> Automation::fade_member(const Map& args) {
+  const auto record = handle_at(args, "record");
+  if (!record) return error(ErrorCode::invalid_argument, "no record is given", {}, "record");
+  const std::string member = text_at(args, "member");
+  if (record->kind == "world" && member.empty())
+    return error(ErrorCode::invalid_argument, "no member of the world is given",
+                 "Name it with its list, as record.outline does: \"objects.table\".", "member");
+  std::vector<ViewTab*> views = window().views();
+  // The view that is seen first.
+  std::stable_partition(views.begin(), views.end(),
+                        [this](ViewTab* view) { return view == window().current_view(); });
+  for (ViewTab* view : views)
+    if (view->fade({{*record, member}}, number_at(args, "opacity"))) return Value();
+  return error(ErrorCode::not_found,
+               "no view draws " + (member.empty() ? "the " + record->kind
+                                                  : "\"" + member + "\" of the " + record->kind),
+               "Open a record that shows it with window.open{record = ...}, and name members and "
+               "parts as record.outline does: \"objects.table\", \"links.forearm\".",
+               "member");
 }
 
 Result<Value> Automation::photograph(const Map& args) const {

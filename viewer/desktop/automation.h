@@ -45,12 +45,15 @@ class Automation : public ioci::WindowHost {
   Result<Value> trigger(const Map& args);
   Result<Value> open(const Map& args);
   Result<Value> set(const Map& args);
+  Result<Value> set_keys(const Map& args);
   Result<Value> widgets(const Map& args) const;
   Result<Value> click(const Map& args);
   Result<Value> drag(const Map& args);
   Result<Value> type(const Map& args);
   Result<Value> read(const Map& args) const;
   Result<Value> select(const Map& args);
+  Result<Value> show_member(const Map& args);
+  Result<Value> fade_member(const Map& args);
   Result<Value> photograph(const Map& args) const;
 
   QPointer<QObject> window_;  ///< a MainWindow

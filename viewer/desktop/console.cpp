@@ -2,9 +2,11 @@
 #include "viewer/desktop/console.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include <QEvent>
+#include <QFileInfo>
 #include <QHBoxLayout>
 #include <QKeyEvent>
 #include <QLabel>
@@ -15,20 +17,40 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "viewer/desktop/console_signature.h"
 #include "viewer/desktop/lua_highlighter.h"
 #include "viewer/desktop/settings.h"
 #include "viewer/desktop/values.h"
+#include "viewer/forms/result_picture.h"
+#include "viewer/forms/small_plot.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
 
 namespace robomosp::viewer {
 namespace {
 
-constexpr int kMostLines = 5000;      ///< of the output
-constexpr int kMostInLine = 20000;    ///< characters of a line: Qt lays out longer ones slowly
-constexpr int kMostInputLines = 8;    ///< shown of an input
+constexpr int kMostLines = 5000;    ///< of the output
+constexpr int kMostInLine = 20000;  ///< characters of a line: Qt lays out longer ones slowly
+constexpr int kMostInputLines = 8;  ///< shown of an input
+constexpr int kSignatureAfterMs = 150;
 constexpr int kMostCompletions = 12;  ///< shown at once
 const QChar kPrompt(0x203A);
+
+/// The text of results, where those that are pictures as Base64 or SVG have their beginnings only.
+std::string without_pictures(std::string text, const List& results) {
+  constexpr std::size_t kBeginning = 40;
+  for (const Value& result : results) {
+    const auto picture = picture_of(result);
+    if (!picture || picture->text.size() <= 2 * kBeginning) continue;
+    const std::size_t at = text.find(picture->text);
+    if (at == std::string::npos) continue;
+    const std::string beginning =
+        picture->text.substr(0, std::min(kBeginning, picture->text.find('\n')));
+    text.replace(at, picture->text.size(),
+                 beginning + " ... (" + std::to_string(picture->text.size()) + " characters)");
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -74,11 +96,10 @@ Console::Console(Desk& desk, Settings& settings, QWidget* parent)
   setObjectName("console");
   setAccessibleName("Console");
   setProperty("ground", "field");
-  output_ = new QPlainTextEdit;
+  output_ = new ConsoleOutput;
   output_->setObjectName("console_output");
   output_->setAccessibleName("Lines of the console");
   output_->setToolTip(QString());
-  output_->setReadOnly(true);
   output_->setProperty("flat", true);
   output_->setMaximumBlockCount(kMostLines);
   output_->setLineWrapMode(QPlainTextEdit::WidgetWidth);
@@ -143,6 +164,14 @@ Console::Console(Desk& desk, Settings& settings, QWidget* parent)
   column->setSpacing(0);
   column->addWidget(output_, 1);
   column->addWidget(search_bar_);
+  signature_ = new QLabel;
+  signature_->setObjectName("console_signature");
+  signature_->setAccessibleName("Arguments of the command");
+  signature_->setToolTip("The command at the cursor and its arguments; F1 shows its page");
+  signature_->setWordWrap(true);
+  signature_->setContentsMargins(8, 2, 8, 2);
+  signature_->hide();
+  column->addWidget(signature_);
   column->addWidget(line);
   column->addWidget(row);
   setFocusProxy(input_);
@@ -164,6 +193,11 @@ Console::Console(Desk& desk, Settings& settings, QWidget* parent)
     fit_input();
     if (completions_->isVisible()) complete();
   });
+  signature_timer_.setSingleShot(true);
+  signature_timer_.setInterval(kSignatureAfterMs);
+  connect(&signature_timer_, &QTimer::timeout, this, [this] { ask_signature(); });
+  connect(input_, &QPlainTextEdit::cursorPositionChanged, this,
+          [this] { signature_timer_.start(); });
   connect(stop_, &QToolButton::clicked, this, [this] { stop(); });
   connect(search_, &QLineEdit::textEdited, this,
           [this](const QString& text) { step_search(text, false); });
@@ -200,7 +234,8 @@ Console::~Console() = default;
 
 void Console::apply_theme() {
   const Theme& t = theme();
-  for (QPlainTextEdit* edit : {output_, static_cast<QPlainTextEdit*>(input_)}) {
+  for (QPlainTextEdit* edit :
+       {static_cast<QPlainTextEdit*>(output_), static_cast<QPlainTextEdit*>(input_)}) {
     use_font(*edit, &Theme::code);
     edit->document()->setDocumentMargin(t.gap);
     edit->setStyleSheet(
@@ -213,6 +248,9 @@ void Console::apply_theme() {
   prompt_->setContentsMargins(t.gap, t.gap / 2, 0, 0);
   prompt_->setStyleSheet(QString("color: %1;").arg(t.accent.name()));
   use_font(*found_, &Theme::code);
+  use_font(*signature_, &Theme::small);
+  signature_->setStyleSheet(
+      QString("background: %1; color: %2;").arg(t.header.name(), t.text_dim.name()));
   use_font(*completions_, &Theme::code);
   completions_->setStyleSheet(
       QString(
@@ -225,6 +263,7 @@ void Console::apply_theme() {
     line->setStyleSheet(QString("background: %1;").arg(t.line.name()));
   // Lines keep the colours that they were written in: write them again in those of the theme.
   for (QSyntaxHighlighter* h : findChildren<QSyntaxHighlighter*>()) h->rehighlight();
+  output_->refit();
   fit_input();
 }
 
@@ -239,7 +278,47 @@ void Console::fit_input() {
   input_->setFixedHeight(lines * metrics.lineSpacing() + theme().gap + 2);
 }
 
-QString Console::text() const { return output_->toPlainText(); }
+void Console::ask_signature() {
+  const QString text = input_->toPlainText();
+  const int place = input_->textCursor().position();
+  const std::string name = utf8(call_around(text, place));
+  const QString argument = argument_at(text, place);
+  if (name.find('.') == std::string::npos) return signature_->hide();
+  if (const auto known = signatures_.find(name); known != signatures_.end())
+    return show_signature(known->second, argument);
+  desk_.ask("ioci.describe", {{"command", name}}, *this, [this, name](const Result<Value>& r) {
+    // Names that are no commands are remembered, too.
+    signatures_[name] = r.ok() && !list_of(*r).empty() ? map_of(list_of(*r).front()) : Map();
+    signature_timer_.start();
+  });
+}
+
+void Console::show_signature(const Map& command, const QString& argument) {
+  const std::string name = text_at(command, "name");
+  if (name.empty()) return signature_->hide();
+  QStringList arguments;
+  QString about = shown(text_at(command, "summary"));
+  for (const Value& v : list_at(command, "params")) {
+    const Map& param = map_of(v);
+    const QString each = shown(text_at(param, "name"));
+    const bool is_here = each == argument;
+    QString word = each.toHtmlEscaped();
+    if (!flag_at(param, "required")) word = "<i>" + word + "</i>";
+    if (is_here) {
+      word = "<b>" + word + "</b>";
+      about = shown(text_at(param, "doc"));
+      if (const std::string unit = text_at(param, "unit"); !unit.empty())
+        about += " [" + shown(unit) + "]";
+    }
+    arguments += word;
+  }
+  signature_->setText(
+      QString("<span style=\"color:%1\">%2{%3}</span> %4")
+          .arg(theme().text.name(), shown(name), arguments.join(", "), about.toHtmlEscaped()));
+  signature_->show();
+}
+
+QString Console::text() const { return output_->text(); }
 
 void Console::append(ConsoleLine line, const QString& text) {
   QScrollBar* bar = output_->verticalScrollBar();
@@ -366,16 +445,59 @@ void Console::evaluate(const QString& input) {
   stop_->show();
   std::erase_if(running_,
                 [](const Desk::Answer& a) { return a.stage() == Desk::Answer::Stage::ended; });
-  running_.push_back(desk_.evaluate(utf8(text), [this, text](const Result<Value>& r) {
+  const auto values = std::make_shared<List>();
+  const auto done = [this, text, values](const Result<Value>& r) {
     if (--runs_ == 0) stop_->hide();
-    if (r.ok()) {
-      if (const std::string* result = r->as_string(); result && !result->empty())
-        append(ConsoleLine::result, shown(*result));
-      note_line(text);
-    } else {
-      append(ConsoleLine::failure, shown(r.error().sentence()));
-    }
-  }));
+    if (!r.ok()) return append(ConsoleLine::failure, shown(r.error().sentence()));
+    const std::string* result = r->as_string();
+    const QString lines = result ? shown(without_pictures(*result, *values)) : QString();
+    if (!lines.isEmpty()) append(ConsoleLine::result, lines);
+    for (const Value& value : *values) append_picture(value, lines);
+    note_line(text);
+  };
+  running_.push_back(desk_.evaluate(utf8(text), done, values));
+}
+
+void Console::append_picture(const Value& result, const QString& text) {
+  if (const Handle* handle = result.as_handle()) {
+    if (handle->kind == "recording") append_plot(*handle, text.section('\n', 0, 0));
+    return;
+  }
+  const auto picture = picture_of(result);
+  if (!picture) return;
+  // A text that names no file is only a text.
+  if (!picture->file.isEmpty() && !QFileInfo(picture->file).isFile()) return;
+  const std::uint64_t number = output_->add_picture(
+      {picture->title, result,
+       picture->text.size() + static_cast<std::size_t>(picture->bytes.size())});
+  output_->draw(number, [picture = *picture, most = output_->most_pixels()] {
+    return draw_picture(picture, most);
+  });
+}
+
+void Console::append_plot(const Handle& recording, const QString& title) {
+  const std::uint64_t number = output_->add_picture(
+      {title.isEmpty() ? QString("plot") : "plot of " + title, Value(recording), 0});
+  const auto fail = [this, number](const QString& why) { output_->give_up(number, why); };
+  desk_.ask("recording.columns", {{"id", recording}}, *this,
+            [this, recording, number, fail](const Result<Value>& r) {
+              if (!r.ok()) return fail(shown(r.error().sentence()));
+              const std::vector<std::string> chosen = small_plot_columns(list_of(*r));
+              if (chosen.empty()) return output_->remove(number);
+              List names{"time"};
+              for (const std::string& name : chosen) names.emplace_back(name);
+              desk_.ask("recording.values", {{"id", recording}, {"columns", names}}, *this,
+                        [this, number, fail](const Result<Value>& values) {
+                          if (!values.ok()) return fail(shown(values.error().sentence()));
+                          const NumericArray* numbers = values->as_array();
+                          if (!numbers) return output_->remove(number);
+                          output_->draw(
+                              number, [numbers = *numbers, t = theme(),
+                                       most = output_->most_pixels(), ratio = devicePixelRatioF()] {
+                                return draw_small_plot(numbers, most, ratio, t);
+                              });
+                        });
+            });
 }
 
 // --- completion ------------------------------------------------------------------------------

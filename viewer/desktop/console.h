@@ -4,13 +4,16 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include <QPlainTextEdit>
 #include <QStringList>
+#include <QTimer>
 #include <QWidget>
 
+#include "viewer/desktop/console_output.h"
 #include "viewer/desktop/desk.h"
 #include "viewer/desktop/lua_highlighter.h"
 #include "viewer/theme/theme.h"
@@ -54,8 +57,11 @@ class Console : public QWidget {
   /// The lines of the macro, as a script.
   [[nodiscard]] QString macro() const;
   [[nodiscard]] bool has_macro() const { return !macro_.isEmpty(); }
-  /// Everything shown.
+  /// All lines, without the pictures between them.
   [[nodiscard]] QString text() const;
+  [[nodiscard]] ConsoleOutput& output() const { return *output_; }
+  /// True while pictures of results are loaded or drawn.
+  [[nodiscard]] bool is_drawing() const { return output_->is_drawing(); }
   [[nodiscard]] ConsoleInput& input() const { return *input_; }
 
   Listeners<> macro_changed;
@@ -68,6 +74,9 @@ class Console : public QWidget {
   void enter();
   void evaluate(const QString& input);
   void append(ConsoleLine line, const QString& text);
+  /// Shows a result as a small picture below its text, if it is one.
+  void append_picture(const Value& result, const QString& text);
+  void append_plot(const Handle& recording, const QString& title);
   void complete();
   void show_completion(std::size_t start, const QStringList& words);
   void take_completion();
@@ -77,19 +86,25 @@ class Console : public QWidget {
   void step_search(const QString& text, bool next);
   void end_search(bool take);
   void fit_input();
+  /// Shows the arguments of the command around the cursor.
+  void ask_signature();
+  void show_signature(const Map& command, const QString& argument);
   void note_line(const QString& line);
   void apply_theme();
   void stop();
 
   Desk& desk_;
   Settings& settings_;
-  QPlainTextEdit* output_;
+  ConsoleOutput* output_;
   ConsoleInput* input_;
   QLabel* prompt_;
   QListWidget* completions_;
   QWidget* search_bar_;
   QLineEdit* search_;
   QLabel* found_;
+  QLabel* signature_;
+  QTimer signature_timer_;
+  std::map<std::string, Map> signatures_;  ///< of commands, as ioci.describe returns them
   QToolButton* stop_;
   QStringList history_, macro_;
   qsizetype at_ = 0;  ///< in the history; its size = what is being typed

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewer/desktop/desk.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <QMetaObject>
@@ -11,6 +12,8 @@ namespace robomosp::viewer {
 namespace {
 
 using ioci::Topic;
+
+constexpr int kUnsavedAfterMs = 500;  ///< after the last edit
 
 constexpr std::uint32_t kDeskTopics = ioci::bit(Topic::change) | ioci::bit(Topic::message) |
                                       ioci::bit(Topic::job) | ioci::bit(Topic::run) |
@@ -35,6 +38,9 @@ Result<std::unique_ptr<Desk>> Desk::open(ioci::Application& app,
   options.on_event = [d](const ioci::Event& e) { d->take(e); };
   options.on_print = [d](const std::string& text) { d->printed(text); };
   RMP_TRY_ASSIGN(desk->base_, ioci::LiveView::open(app, std::move(options)));
+  desk->unsaved_timer_.setSingleShot(true);
+  desk->unsaved_timer_.setInterval(kUnsavedAfterMs);
+  connect(&desk->unsaved_timer_, &QTimer::timeout, d, [d] { d->ask_unsaved(); });
   desk->ask("session.list", {}, [d](const Result<Value>& r) {
     if (!r.ok()) return;
     for (const Value& row : list_of(*r))
@@ -57,34 +63,37 @@ Desk::Done Desk::counted(Done done) {
   };
 }
 
-Desk::Done Desk::noted_act(const std::string& command, Done done) {
-  ++acts_[command];
-  return counted([this, command, done = std::move(done)](const Result<Value>& r) {
-    // Its event came before, unless the command only reads.
-    if (const auto at = acts_.find(command); at != acts_.end()) acts_.erase(at);
+Desk::Done Desk::reported(const std::string& command, bool is_act, Done done) {
+  const auto call = std::make_shared<const Called>(Called{command, is_act});
+  called_.push_back(call);
+  return counted([this, call, done = std::move(done)](const Result<Value>& r) {
+    std::erase(called_, call);  // its event came before, unless the command only reads
     if (done) done(r);
-    else if (!r.ok() && r.error().code != ErrorCode::cancelled) failed(r.error());
+    else if (call->is_act && !r.ok() && r.error().code != ErrorCode::cancelled) failed(r.error());
   });
 }
 
 Desk::Answer Desk::act(std::string command, Map args, Done done) {
-  Done report = noted_act(command, std::move(done));
+  Done report = reported(command, true, std::move(done));
   return client().call(std::move(command), std::move(args), std::move(report));
 }
 
 Desk::Answer Desk::start(std::string command, Map args, Done done) {
-  Done report = noted_act(command, std::move(done));
+  Done report = reported(command, true, std::move(done));
   return client().start(std::move(command), std::move(args), std::move(report));
 }
 
 Desk::Answer Desk::ask(std::string command, Map args, Done done) {
-  ++asks_[command];
-  done = [this, command, done = std::move(done)](const Result<Value>& r) {
-    if (const auto at = asks_.find(command); at != asks_.end() && --at->second == 0)
-      asks_.erase(at);
-    if (done) done(r);
-  };
-  return client().call(std::move(command), std::move(args), counted(std::move(done)));
+  Done report = reported(command, false, std::move(done));
+  return client().call(std::move(command), std::move(args), std::move(report));
+}
+
+Desk::Answer Desk::ask(std::string command, Map args, const QObject& asker, Done done) {
+  return ask(
+      std::move(command), std::move(args),
+      [asker = QPointer<const QObject>(&asker), done = std::move(done)](const Result<Value>& r) {
+        if (asker) done(r);
+      });
 }
 
 Desk::Answer Desk::open_record(ioci::OpenRequest request,
@@ -101,12 +110,21 @@ Desk::Answer Desk::open_record(ioci::OpenRequest request,
       });
 }
 
-Desk::Answer Desk::evaluate(std::string input, Done done) {
+Desk::Answer Desk::evaluate(std::string input, Done done, std::shared_ptr<List> shown) {
   ++evaluating_;
-  return base_->evaluate(std::move(input), [this, done = std::move(done)](const Result<Value>& r) {
-    --evaluating_;
-    if (done) done(r);
-  });
+  return base_->evaluate(
+      std::move(input),
+      [this, done = std::move(done)](const Result<Value>& r) {
+        --evaluating_;
+        if (done) done(r);
+      },
+      std::move(shown));
+}
+
+void Desk::hover(Selection what, const QObject* from) {
+  if (what == hovered_) return;
+  hovered_ = std::move(what);
+  hover_changed(from);
 }
 
 void Desk::select(Selection selection, const QObject* from) {
@@ -115,15 +133,56 @@ void Desk::select(Selection selection, const QObject* from) {
   selection_changed(from);
 }
 
+void Desk::ask_unsaved() {
+  ask("document.unsaved", {}, [this, edits = edits_](const Result<Value>& r) {
+    if (!r.ok()) return;
+    unsaved_.clear();
+    if (edits == edits_) edited_.clear();
+    for (const Value& row : list_of(*r))
+      if (const auto id = handle_at(map_of(row), "id")) unsaved_.insert(*id);
+    unsaved_changed();
+  });
+}
+
+void Desk::take_unsaved(const ioci::Event& event) {
+  if (event.left_out > 0) ask_unsaved();
+  if (event.topic == Topic::change && event.change) {
+    bool is_other = false;
+    for (const auto& each : event.change->records) {
+      const Handle id{std::string(to_string(each.id.kind)), each.id.number};
+      // Records that were loaded are as their files are.
+      if (each.after && (each.before || each.after->file.empty()))
+        is_other |= edited_.insert(id).second;
+      else if (!each.after) is_other |= edited_.erase(id) > 0;
+    }
+    ++edits_;
+    // An edit that is undone soon after is not reported by events.
+    unsaved_timer_.start();
+    if (is_other) unsaved_changed();
+  } else if (event.topic == Topic::unsaved && event.notice) {
+    for (const Value& v : list_at(event.notice->facts, "unsaved"))
+      if (const Handle* h = v.as_handle()) unsaved_.insert(*h);
+    for (const Value& v : list_at(event.notice->facts, "saved"))
+      if (const Handle* h = v.as_handle()) {
+        unsaved_.erase(*h);
+        edited_.erase(*h);
+      }
+    unsaved_changed();
+  }
+}
+
 void Desk::take(const ioci::Event& event) {
+  take_unsaved(event);
   if (event.topic == Topic::command && event.command && event.command->author.session == session_ &&
       session_ != 0) {
     const ioci::CommandRun& run = *event.command;
-    const auto known = acts_.find(run.command);
-    const bool is_act = known != acts_.end();
-    if (is_act && --known->second == 0) acts_.erase(known);
-    const bool is_asked = !is_act && asks_.contains(run.command);
-    if ((is_act || evaluating_ == 0) && !is_asked && !run.failure && !run.only_reads) {
+    // Calls are reported in their order. What the console evaluates it shows already.
+    const auto call = std::find_if(called_.begin(), called_.end(), [&run](const auto& each) {
+      return each->command == run.command;
+    });
+    const bool is_echoed = call == called_.end() ? evaluating_ == 0 : (*call)->is_act;
+    if (call != called_.end()) called_.erase(call);
+    if (is_echoed && !run.failure && !run.only_reads) {
       if (run.gesture == 0 && run.draft == 0) acted(run.line);
       else if (run.gesture != 0) gestures_[run.gesture] = run.line;
     }

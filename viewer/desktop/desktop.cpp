@@ -4,20 +4,26 @@
 #include <algorithm>
 #include <clocale>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include <QApplication>
 #include <QElapsedTimer>
 #include <QFile>
+#include <QTemporaryDir>
 #include <QTimer>
 
 #include "viewer/desktop/automation.h"
 #include "viewer/desktop/desk.h"
+#include "viewer/desktop/end_signals.h"
 #include "viewer/desktop/main_window.h"
 #include "viewer/desktop/messages.h"
+#include "viewer/desktop/start_times.h"
 #include "viewer/desktop/tour.h"
 #include "viewer/desktop/values.h"
+#include "viewer/theme/style_images.h"
 #include "viewer/theme/theme.h"
 
 namespace robomosp::viewer {
@@ -26,6 +32,10 @@ namespace {
 constexpr int kPollMs = 30;
 constexpr int kScreenshotAfterMs = 1000;
 constexpr int kLongestWaitMs = 90000;
+constexpr int kCheckSettingsAfterMs = 2500;
+constexpr const char* kSafeMode =
+    "Safe mode: the settings and layouts of the user are left out and stay as they are, plugins "
+    "that are not part of the program are not loaded, and pictures are drawn by software.";
 
 int refused(const Error& reason) {
   std::fprintf(stderr, "error: %s\n", reason.sentence().c_str());
@@ -119,18 +129,36 @@ class Photographer : public QObject {
 int run_desktop(ioci::Application& app, DesktopOptions options) {
   std::unique_ptr<QApplication> application;
   if (QCoreApplication::instance() == nullptr) application = new_application();
+  StartTimes unused;
+  StartTimes& times = options.start_times ? *options.start_times : unused;
+  times.reached("Qt started");
+  // In safe mode a file that is gone afterwards.
+  std::optional<QTemporaryDir> folder;
+  QString settings_file;
+  if (options.is_safe) settings_file = folder.emplace().filePath("desktop.ini");
   auto* const running = qobject_cast<QApplication*>(QCoreApplication::instance());
   {
-    const Settings settings;
-    set_theme(*running, make_theme(settings.is_dark(), settings.zoom()));
+    const Settings settings(settings_file);
+    set_theme(*running,
+              make_theme(settings.is_dark(), settings.zoom(), settings.has_strong_borders()));
   }
+  times.reached("theme set");
   auto desk = Desk::open(app, options.plugin_path);
   if (!desk.ok()) return refused(desk.error());
+  times.reached("session opened");
   int status = 0;
   {
     MainWindow::Options wanted;
+    wanted.settings_file = settings_file;
     wanted.software_view = options.software_view;
+    wanted.is_safe = options.is_safe;
+    wanted.has_whole_start = true;
+    if (options.is_safe) {
+      app.messages.post(Severity::info, "safe_mode", kSafeMode, "desktop");
+      std::fprintf(stderr, "robomosp-desktop: %s\n", kSafeMode);
+    }
     MainWindow window(**desk, std::move(wanted));
+    times.reached("window built");
     for (const Message& m : app.messages.recent())
       if (m.severity >= Severity::info && m.code != "audit")
         window.messages().add(m.severity, shown(m.text), m.fault);
@@ -149,14 +177,41 @@ int run_desktop(ioci::Application& app, DesktopOptions options) {
         status = refused(e);
         if (options.tour.empty()) window.close_now();
       });
+    bool has_reported = false;
+    const auto check_settings = [&app, &has_reported, &settings_file] {
+      if (has_reported) return;
+      const auto problem = Settings(settings_file).write();
+      if (!problem) return;
+      has_reported = true;
+      app.messages.post(Severity::warning, "settings", problem->sentence(), "desktop");
+    };
+    // Not while the start is waited for.
+    QTimer::singleShot(kCheckSettingsAfterMs, &window, check_settings);
     window.show();
+    const EndSignals end_signals([&](int signal) {
+      // Unsaved work is kept for the next start, which offers it.
+      if (!app.unsaved().empty())
+        if (const auto kept = app.keep_unsaved(0); !kept.ok())
+          std::fprintf(stderr, "warning: %s\n", kept.error().sentence().c_str());
+      window.end_now();
+      remove_style_images();
+      folder.reset();
+      std::fprintf(stderr, "robomosp-desktop: ended by signal %d\n", signal);
+      std::_Exit(128 + signal);
+    });
+    times.reached("window shown");
+    std::unique_ptr<StartWatch> watch;
+    if (options.start_times) watch = std::make_unique<StartWatch>(window, times);
     if (!options.screenshot.empty()) new Photographer(window, options.screenshot, status);
     if (!options.tour.empty())
-      new Tour(window, options.tour, [&](const Result<void>& r) {
-        if (!r.ok()) status = refused(r.error());
-        window.close_now();
-      });
+      new Tour(window, options.tour,
+               options.size[0] > 0 ? QSize(options.size[0], options.size[1]) : QSize(1600, 1000),
+               [&](const Result<void>& r) {
+                 if (!r.ok()) status = refused(r.error());
+                 window.close_now();
+               });
     QApplication::exec();
+    check_settings();
   }
   desk->reset();
   return status;

@@ -15,6 +15,8 @@
 
 namespace robomosp::viewer {
 
+class StartTimes;
+
 struct DesktopOptions {
   std::vector<ioci::OpenRequest> open{};  ///< shown in tabs, in this order; none = the start page
   std::vector<std::filesystem::path> plugin_path{};
@@ -28,10 +30,12 @@ struct DesktopOptions {
   std::string map{}, map_robot{}, map_cut{};  ///< "" = no map
   double map_opacity = 1;
 
-  std::string screenshot{};       ///< PNG file of the window, after which it ends; "" = none
-  std::string tour{};             ///< folder for pictures of all panels, after which it ends
-  std::array<int, 2> size{0, 0};  ///< of the window [device-independent px]; 0 = as it was last
-  bool software_view = false;     ///< draw through EGL even where a window could use OpenGL
+  std::string screenshot{};           ///< PNG file of the window, after which it ends; "" = none
+  std::string tour{};                 ///< folder for pictures of all panels, after which it ends
+  std::array<int, 2> size{0, 0};      ///< of the window [device-independent px]; 0 = as it was last
+  bool software_view = false;         ///< draw through EGL even where a window could use OpenGL
+  bool is_safe = false;               ///< without the settings of the user, with a note
+  StartTimes* start_times = nullptr;  ///< printed once the window is usable, then it ends
 };
 
 /// Opens the window and returns its exit status when it is closed. Call check_display() before, and

@@ -28,22 +28,33 @@
 
 #include "viewer/desktop/automation.h"
 #include "viewer/desktop/console.h"
+#include "viewer/desktop/dragging.h"
 #include "viewer/desktop/jobs.h"
 #include "viewer/desktop/messages.h"
 #include "viewer/desktop/navigator.h"
+#include "viewer/desktop/note_bar.h"
+#include "viewer/desktop/pose_sources.h"
+#include "viewer/desktop/shortcuts.h"
 #include "viewer/desktop/start_page.h"
-#include "viewer/desktop/timeline.h"
+#include "viewer/desktop/status_line.h"
+#include "viewer/desktop/thumbnails.h"
+#include "viewer/desktop/top_bar.h"
 #include "viewer/desktop/values.h"
 #include "viewer/forms/command_form.h"
 #include "viewer/forms/command_palette.h"
 #include "viewer/forms/properties_panel.h"
+#include "viewer/forms/result_view.h"
+#include "viewer/gizmo/picking.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
+#include "viewer/timeline/timeline.h"
 
 namespace robomosp::viewer {
 namespace {
 
+constexpr double kCloseIcon = 12;  ///< [px of the design]
 constexpr int kUndoAfterMs = 40;
+constexpr qsizetype kLongestTitle = 32;  ///< of the tab of a result [characters]
 constexpr int kSaveLayoutAfterMs = 800;
 
 /// The head of a dock: its title, and a button that hides it.
@@ -109,8 +120,21 @@ class NoHead : public QWidget {
   }
 };
 
+/// A result of the console in a tab.
+class ResultTab : public ResultView {
+ public:
+  ResultTab(ioci::Client& client, Value shown_result)
+      : ResultView(client), result(std::move(shown_result)) {
+    setObjectName("result_tab");
+    setProperty("ground", "panel");
+    setAttribute(Qt::WA_StyledBackground);
+    show_result(result);
+  }
+  const Value result;
+};
+
 QLabel* status_label(const char* name, const char* accessible, const char* tip) {
-  auto* label = new QLabel;
+  auto* label = new ShortLabel;
   label->setObjectName(name);
   label->setAccessibleName(accessible);
   label->setToolTip(tip);
@@ -123,7 +147,6 @@ MainWindow::MainWindow(Desk& desk, Options options)
     : desk_(desk), options_(std::move(options)), settings_(options_.settings_file), actions_(this) {
   setObjectName("main_window");
   setAccessibleName("ROBOMOSP");
-  setWindowTitle("ROBOMOSP");
   setDockOptions(AllowTabbedDocks | AllowNestedDocks);
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
   setCorner(Qt::BottomLeftCorner, Qt::BottomDockWidgetArea);
@@ -147,20 +170,35 @@ MainWindow::MainWindow(Desk& desk, Options options)
   tabs_->tabBar()->setToolTip(QString());
   connect(tabs_, &QTabWidget::currentChanged, this, [this] { show_tab_state(); });
   make_guard();
+  make_notice();
   column->addWidget(guard_);
+  column->addWidget(notice_);
   column->addWidget(tabs_, 1);
+  column->addWidget(make_empty(), 1);
   setCentralWidget(centre);
 
   make_docks();
   make_actions();
+  set_least_widths();
   make_top_bar();
   make_status_bar();
   set_up_palette();
-  for (QToolButton* button : workspace_buttons_) use_font(*button, &Theme::menu);
+  finish_rooms();
   use_font(*menu_bar_, &Theme::menu);
   for (QMenu* menu : findChildren<QMenu*>()) use_font(*menu, &Theme::menu);
   navigator_->model().loaded.add(this, [this] { show_selection(); });
   navigator_->on_menu = [this](QMenu& menu) { fill_context_menu(menu); };
+  navigator_->model().eye_of = [this](const Selected& part) {
+    const ViewTab* view = current_view();
+    if (!view || view->what() != part.record || !view->has_member(part.path))
+      return NavigatorModel::Eye::none;
+    return view->hidden().contains(part.path) ? NavigatorModel::Eye::hidden
+                                              : NavigatorModel::Eye::shown;
+  };
+  navigator_->on_eye = [this](const Selected& part) {
+    if (ViewTab* view = current_view())
+      view->show_member(part.path, view->hidden().contains(part.path));
+  };
   navigator_->on_open = [this](const Handle& h) { open_handle(h); };
   navigator_->on_open_shipped = [this](const std::string& kind, const std::string& name) {
     desk_.act(kind + ".get", {{"name", name}}, [this](const Result<Value>& r) {
@@ -180,6 +218,7 @@ MainWindow::MainWindow(Desk& desk, Options options)
   connect(&layout_timer_, &QTimer::timeout, this, [this] { save_layout(); });
 
   desk_.events.add(this, [this](const ioci::Event& e) { take(e); });
+  desk_.unsaved_changed.add(this, [this] { show_unsaved(); });
   desk_.selection_changed.add(this, [this](const QObject*) {
     show_selection();
     properties_->set_selection(selected_paths(desk_.selection()));
@@ -195,11 +234,15 @@ MainWindow::MainWindow(Desk& desk, Options options)
   for (std::size_t i = 0; i < 4; ++i)
     if (kept == kWorkspaceNames[i]) workspace_ = static_cast<Workspace>(i);
   arrange(workspace_);
-  if (const QByteArray state = settings_.layout(kept); !state.isEmpty()) restoreState(state);
+  if (const QByteArray state = settings_.layout(kept); !state.isEmpty()) {
+    restore_layout(state);
+  }
+  title_window();
   show_selection();
   show_jobs();
   ask_undo_label();
-  show_start();
+  if (settings_.value(kStartHidden) != "true") show_start();
+  show_empty();
   automation_ = Automation::install(*this);
 }
 
@@ -238,25 +281,46 @@ QDockWidget* MainWindow::add_dock(const char* name, const QString& title, const 
 }
 
 void MainWindow::make_docks() {
+  thumbnails_ = new Thumbnails(this);
+  thumbnails_->failed.add(this, [this](const QString& why) {
+    desk_.application().messages.post(Severity::info, "thumbnails", utf8(why), "desktop");
+  });
   navigator_ = new Navigator(desk_);
-  navigator_->setMinimumWidth(theme().px(220));
+  navigator_->model().set_thumbnails(thumbnails_);
   console_ = new Console(desk_, settings_);
+  console_->output().on_open = [this](const QString& title, const Value& result) {
+    open_result(title, result);
+  };
   messages_ = new MessagesPanel(desk_);
   jobs_ = new JobsPanel(desk_);
   add_dock("navigator", "Navigator", "list", navigator_, Qt::LeftDockWidgetArea);
   properties_ = new PropertiesPanel(desk_.client());
-  properties_->setMinimumWidth(theme().px(300));
   add_dock("properties", "Properties", "rename", properties_, Qt::RightDockWidgetArea);
   palette_ = new CommandPalette(desk_.client(), this);
   add_dock("console", "Console", "console", console_, Qt::BottomDockWidgetArea);
   add_dock("messages", "Messages", "messages", messages_, Qt::BottomDockWidgetArea);
   add_dock("jobs", "Jobs", "jobs", jobs_, Qt::BottomDockWidgetArea);
+  make_rooms();
   messages_->unseen_changed.add(this, [this] {
     const int count = messages_->unseen();
     docks_["messages"]->setWindowTitle(count > 0 ? QString("Messages %1").arg(count)
                                                  : QString("Messages"));
     heads_timer_.start();
   });
+}
+
+void MainWindow::set_least_widths() {
+  // Their rows adapt to narrow panels. With a zoomed interface these widths stay, so that the
+  // window still fits small screens.
+  const auto least = [](double design, int most) { return std::min(theme().px(design), most); };
+  for (const auto& [name, dock] : docks_) {
+    QWidget* panel = dock->widget();
+    if (!panel) continue;  // of the command palette while it is not docked
+    const bool is_right = name == "properties" || name == "help" || name == "story";
+    panel->setMinimumWidth(name == "timeline" ? least(300, 320)
+                           : is_right         ? least(240, std::max(250, theme().px(145)))
+                                              : least(160, 170));
+  }
 }
 
 void MainWindow::arrange(Workspace workspace) {
@@ -268,6 +332,7 @@ void MainWindow::arrange(Workspace workspace) {
     dock->setFloating(false);
     removeDockWidget(dock);
   }
+  arrange_rooms();
   addDockWidget(Qt::LeftDockWidgetArea, navigator);
   navigator->show();
   QDockWidget* properties = docks_["properties"];
@@ -290,19 +355,26 @@ void MainWindow::arrange(Workspace workspace) {
   jobs->show();
   if (workspace == Workspace::program) messages->raise();
   else console->raise();
+  // Widths and heights of the design, and less where the window is small.
   const Theme& t = theme();
-  const int left = workspace == Workspace::model ? 320 : 288;
-  resizeDocks({navigator, properties}, {t.px(left), t.px(344)}, Qt::Horizontal);
-  const int low = workspace == Workspace::motion ? 200 : 236;
+  const auto at_most = [](double share, int of, int wanted) {
+    return std::min(static_cast<int>(share * of), wanted);
+  };
+  const int left = at_most(0.21, width(), t.px(workspace == Workspace::model ? 320 : 288));
+  const int right = at_most(0.25, width(), t.px(344));
+  resizeDocks({navigator, properties}, {left, right}, Qt::Horizontal);
   if (has_timeline) {
-    resizeDocks({timeline, console}, {t.px(low), t.px(low)}, Qt::Vertical);
-    resizeDocks({timeline, console}, {std::max(t.px(300), width() - t.px(480)), t.px(464)},
-                Qt::Horizontal);
+    const int low = std::max(at_most(0.28, height(), t.px(336)), at_most(0.4, height(), t.px(200)));
+    const int across = width() - (properties->isHidden() ? 0 : right);
+    const int script = at_most(0.36, across, t.px(464));
+    resizeDocks({timeline, console}, {low, low}, Qt::Vertical);
+    resizeDocks({timeline, console}, {across - script, script}, Qt::Horizontal);
   } else {
-    resizeDocks({console}, {t.px(low)}, Qt::Vertical);
+    resizeDocks({console}, {at_most(0.3, height(), t.px(236))}, Qt::Vertical);
   }
   is_arranging_ = false;
   heads_timer_.start();
+  if (palette_ && palette_->isVisible()) palette_->raise();  // docks that are shown come on top
 }
 
 void MainWindow::update_dock_heads() {
@@ -329,13 +401,14 @@ void MainWindow::update_dock_heads() {
 }
 
 void MainWindow::save_layout() {
-  if (is_closing_) return;
+  if (is_closing_ || is_whole_start_) return;
   settings_.set_layout(kWorkspaceNames[static_cast<std::size_t>(workspace_)], saveState());
 }
 
 void MainWindow::set_workspace(Workspace workspace) {
+  leave_whole_start();
   if (workspace == workspace_) {
-    workspace_buttons_[static_cast<std::size_t>(workspace)]->setChecked(true);
+    top_bar_->show_workspace(static_cast<std::size_t>(workspace));
     return;
   }
   layout_timer_.stop();
@@ -344,22 +417,18 @@ void MainWindow::set_workspace(Workspace workspace) {
   const QString name = kWorkspaceNames[static_cast<std::size_t>(workspace)];
   settings_.set_workspace(name);
   setUpdatesEnabled(false);
-  arrange(workspace);
-  if (const QByteArray state = settings_.layout(name); !state.isEmpty()) {
-    is_arranging_ = true;
-    restoreState(state);
-    is_arranging_ = false;
-  }
+  arrange_as_kept();
+  if (palette_->isVisible()) palette_->raise();
   setUpdatesEnabled(true);
-  for (std::size_t i = 0; i < 4; ++i) {
-    workspace_buttons_[i]->setChecked(i == static_cast<std::size_t>(workspace));
+  top_bar_->show_workspace(static_cast<std::size_t>(workspace));
+  for (std::size_t i = 0; i < 4; ++i)
     actions_.check(std::string("workspace_") + kWorkspaceNames[i],
                    i == static_cast<std::size_t>(workspace));
-  }
   desk_.echo("window.set{workspace = \"" + utf8(name) + "\"}");
 }
 
 void MainWindow::reset_layout() {
+  leave_whole_start();
   settings_.forget_layouts();
   arrange(workspace_);
   desk_.echo("window.trigger{action = \"view_reset_layout\"}");
@@ -376,23 +445,28 @@ void MainWindow::show_panel(const QString& name) {
   if (name == "start") return show_start();
   const auto at = docks_.find(name);
   if (at == docks_.end()) return;
-  if (dockWidgetArea(at->second) == Qt::NoDockWidgetArea && !at->second->isFloating())
+  leave_whole_start();
+  const bool has_area =
+      dockWidgetArea(at->second) != Qt::NoDockWidgetArea || at->second->isFloating();
+  if (!has_area && !place_room(*at->second, name))
     addDockWidget(name == "navigator"    ? Qt::LeftDockWidgetArea
                   : name == "properties" ? Qt::RightDockWidgetArea
                                          : Qt::BottomDockWidgetArea,
                   at->second);
   at->second->show();
   at->second->raise();
-  at->second->widget()->setFocus(Qt::ShortcutFocusReason);
+  if (QWidget* content = at->second->widget()) content->setFocus(Qt::ShortcutFocusReason);
 }
 
 void MainWindow::set_theme_and_zoom(bool is_dark, double zoom) {
-  const Theme wanted = make_theme(is_dark, zoom);
-  if (wanted.is_dark == theme().is_dark && wanted.zoom == theme().zoom) return;
+  const Theme wanted = make_theme(is_dark, zoom, settings_.has_strong_borders());
+  const bool is_same = wanted.is_dark == theme().is_dark && wanted.zoom == theme().zoom;
+  if (is_same && wanted.has_strong_borders == theme().has_strong_borders) return;
   settings_.set_dark(wanted.is_dark);
   settings_.set_zoom(wanted.zoom);
   if (auto* application = qobject_cast<QApplication*>(QCoreApplication::instance()))
     set_theme(*application, wanted);
+  if (is_same) return;  // the borders are an entry of a menu
   desk_.echo("window.set{theme = \"" + std::string(is_dark ? "dark" : "light") +
              "\", zoom = " + utf8(QString::number(wanted.zoom, 'g', 4)) + "}");
 }
@@ -402,9 +476,11 @@ void MainWindow::changeEvent(QEvent* event) {
   if (!status_units_ || std::exchange(themed_, theme_revision()) == theme_revision()) return;
   const Theme& t = theme();
   statusBar()->setFixedHeight(t.status);
+  set_least_widths();
   tabs_->setIconSize(QSize(t.icon, t.icon));
+  for (QToolButton* close : tabs_->tabBar()->findChildren<QToolButton*>("tab_close"))
+    close->setIconSize(QSize(t.px(kCloseIcon), t.px(kCloseIcon)));
   heads_timer_.start();
-  if (QWidget* top = menuWidget()) top->setFixedHeight(t.bar);
   show_jobs();
 }
 
@@ -412,12 +488,13 @@ void MainWindow::changeEvent(QEvent* event) {
 
 void MainWindow::show_start() {
   if (!start_) {
-    start_ = new StartPage(desk_, settings_, actions_);
+    start_ = new StartPage(desk_, settings_, actions_, *thumbnails_);
     start_->on_world = [this](const QString& world) {
       ioci::OpenRequest request;
       request.what = utf8(world);
       open(std::move(request), true);
     };
+    start_->on_shipped = navigator_->on_open_shipped;
     start_->on_file = [this](const QString& file) {
       ioci::OpenRequest request;
       request.what = utf8(file);
@@ -430,10 +507,18 @@ void MainWindow::show_start() {
       desk_.act("recovery.restore", std::move(args));
       show_panel("navigator");
     };
+    start_->on_page = [this](const QString& page) { show_page(page); };
+    start_->on_story = [this](const Story& story, bool anew) { begin_story(story, anew); };
+    start_->on_library = [this] {
+      show_panel("navigator");
+      navigator_->open_library();
+    };
     add_tab(start_, "home", "Start", 0);
   }
+  start_->show_ticks();
   tabs_->setCurrentWidget(start_);
-  start_->setFocus();
+  enter_whole_start();
+  start_->take_focus(Qt::OtherFocusReason);
 }
 
 void MainWindow::add_tab(QWidget* page, const char* icon_name, const QString& title, int at) {
@@ -443,10 +528,11 @@ void MainWindow::add_tab(QWidget* page, const char* icon_name, const QString& ti
   close->setAccessibleName("Close the tab");
   close->setToolTip("Close the tab (Ctrl+W)");
   close->setIcon(icon("close"));
-  close->setIconSize(QSize(theme().px(12), theme().px(12)));
+  close->setIconSize(QSize(theme().px(kCloseIcon), theme().px(kCloseIcon)));
   close->setFocusPolicy(Qt::NoFocus);
   connect(close, &QToolButton::clicked, this, [this, page] { close_tab(tabs_->indexOf(page)); });
   tabs_->tabBar()->setTabButton(i, QTabBar::RightSide, close);
+  show_empty();
 }
 
 ViewTab* MainWindow::current_view() const { return dynamic_cast<ViewTab*>(tabs_->currentWidget()); }
@@ -466,21 +552,30 @@ ViewTab* MainWindow::open_view(const Handle& what, const QString& name) {
     }
   auto made = ViewTab::create(desk_, actions_, options_.software_view);
   if (!made.ok()) {
+    status_renderer_->setText("no OpenGL: no pictures");
+    status_renderer_->setToolTip(shown(made.error().sentence()) +
+                                 "\nrobomosp-desktop --graphics reports more");
     desk_.failed(made.error());
     return nullptr;
   }
   ViewTab* view = made->release();
+  // Pictures without the window's OpenGL are slower: the reason is worth a place.
+  status_renderer_->setText(view->display().uses_window_opengl() ? QString()
+                                                                 : "pictures through EGL");
+  status_renderer_->setToolTip(view->display().renderer_name() +
+                               "\nrobomosp-desktop --graphics reports more");
   add_tab(view, std::string(icon_of_kind(what.kind)).c_str(), name, tabs_->count());
   view->changed.add(this, [this, view] {
-    if (const int i = tabs_->indexOf(view); i >= 0) {
-      tabs_->setTabText(i, view->is_there() ? view->name() : view->name() + " (deleted)");
-      tabs_->setTabToolTip(i, shown(view->what().kind) + " " + view->name());
-    }
+    title_tab(*view);
     if (view == current_view()) show_tab_state();
   });
   view->player().state_changed.add(this, [this, view] {
     if (view == current_view()) show_tab_state();
   });
+  new DropTarget(desk_, *view);
+  ViewLook look = view->look();
+  look.is_refined_at_rest = settings_.has_fine_pictures();
+  view->set_look(look);
   view->show_record(what, name);
   // The page that hides would pass its focus to a button of the bar.
   const bool had_focus = tabs_->isAncestorOf(focusWidget());
@@ -496,8 +591,9 @@ void MainWindow::open(ioci::OpenRequest request, bool plays,
   statusBar()->showMessage("Opening " + shown(file));
   desk_.open_record(std::move(request),
                     [this, file, plays, opened = std::move(opened)](const Result<ioci::Opened>& r) {
-                      if (!r.ok()) return;
                       statusBar()->clearMessage();
+                      if (!r.ok()) return show_notice(shown(file), r.error());
+                      notice_->hide();
                       std::error_code ignored;
                       if (std::filesystem::is_regular_file(file, ignored)) {
                         settings_.add_recent_file(QFileInfo(shown(file)).absoluteFilePath());
@@ -524,7 +620,7 @@ void MainWindow::open_handle(const Handle& handle) {
     if (!view || view->what().kind != "world")
       return desk_.failed(error(ErrorCode::not_found, "no world is shown that the recording moves",
                                 "Open its world first."));
-    desk_.ask("recording.values", {{"id", handle}, {"columns", "time"}},
+    desk_.ask("recording.values", {{"id", handle}, {"columns", "time"}}, *this,
               [this, handle, view](const Result<Value>& r) {
                 if (!r.ok()) return desk_.failed(r.error());
                 const NumericArray* times = r->as_array();
@@ -545,6 +641,7 @@ void MainWindow::open_handle(const Handle& handle) {
   if (std::none_of(std::begin(kDrawn), std::end(kDrawn),
                    [&](const char* kind) { return handle.kind == kind; })) {
     desk_.select({{handle, {}}});
+    show_panel("properties");
     return;
   }
   const auto rows = navigator_->model().rows_of({handle, {}});
@@ -554,14 +651,33 @@ void MainWindow::open_handle(const Handle& handle) {
   desk_.select({{handle, {}}});
 }
 
+void MainWindow::open_result(const QString& title, const Value& result) {
+  for (int i = 0; i < tabs_->count(); ++i)
+    if (auto* tab = dynamic_cast<ResultTab*>(tabs_->widget(i)); tab && tab->result == result)
+      return tabs_->setCurrentIndex(i);
+  auto* tab = new ResultTab(desk_.client(), result);
+  tab->setAccessibleName("Result: " + title);
+  add_tab(tab, "plot", title.size() > kLongestTitle ? title.left(kLongestTitle) + "..." : title,
+          tabs_->count());
+  tabs_->setTabToolTip(tabs_->count() - 1, title + ", a result of the console");
+  tabs_->setCurrentWidget(tab);
+}
+
 void MainWindow::close_tab(int index) {
   QWidget* page = tabs_->widget(index);
   if (!page) return;
+  if (dynamic_cast<ResultTab*>(page)) {
+    tabs_->removeTab(index);
+    delete page;
+    if (tabs_->count() == 0) show_start();
+    return;
+  }
   if (page == start_) {
     tabs_->removeTab(index);
     start_->deleteLater();
     start_ = nullptr;
-    return;
+    leave_whole_start();
+    return show_empty();
   }
   if (dynamic_cast<ViewTab*>(page) == nullptr) return;
   timeline_->set_player(nullptr);
@@ -571,18 +687,39 @@ void MainWindow::close_tab(int index) {
 }
 
 void MainWindow::show_tab_state() {
+  if (tabs_->currentWidget() != start_ || tabs_->count() > 1) leave_whole_start();
   ViewTab* view = current_view();
   timeline_->set_player(view ? &view->player() : nullptr);
-  timeline_->set_title(view && view->recording()
-                           ? "Recording " + QString::number(view->recording()->number)
-                           : QString());
-  setWindowTitle(view ? view->name() + " - ROBOMOSP" : QString("ROBOMOSP"));
-  for (const char* name :
-       {"fit",          "fly_to_selection", "view_isometric",  "view_front",        "view_back",
-        "view_left",    "view_right",       "view_top",        "view_bottom",       "perspective",
-        "style_smooth", "style_flat",       "style_wireframe", "style_hidden_line", "show_edges",
-        "show_grid",    "show_axes",        "refine",          "section_none",      "section_x",
-        "section_y",    "section_z",        "save_picture",    "close_tab"})
+  timeline_->set_subject(view ? view->what() : Handle{}, view ? view->recording() : std::nullopt,
+                         view ? view->run() : std::nullopt);
+  title_window();
+  show_hidden_count();
+  navigator_->refresh_eyes();
+  for (const char* name : {"fit",
+                           "fly_to_selection",
+                           "view_isometric",
+                           "view_front",
+                           "view_back",
+                           "view_left",
+                           "view_right",
+                           "view_top",
+                           "view_bottom",
+                           "perspective",
+                           "style_smooth",
+                           "style_flat",
+                           "style_wireframe",
+                           "style_hidden_line",
+                           "show_edges",
+                           "show_grid",
+                           "show_axes",
+                           "show_lights",
+                           "refine",
+                           "section_none",
+                           "section_x",
+                           "section_y",
+                           "section_z",
+                           "save_picture",
+                           "close_tab"})
     actions_.enable(name, view != nullptr);
   actions_.enable("close_tab", tabs_->count() > 0);
   const ViewLook look = view ? view->look() : ViewLook();
@@ -601,8 +738,10 @@ void MainWindow::show_tab_state() {
   actions_.check("show_edges", look.has_edges);
   actions_.check("show_grid", look.has_grid);
   actions_.check("show_axes", look.has_axes);
+  actions_.check("show_lights", look.has_lights);
   actions_.check("refine", look.is_refined_at_rest);
   actions_.check("perspective", look.is_perspective);
+  check_views(look, view != nullptr);
   const bool has_layers = view && (view->what().kind == "world" || view->what().kind == "robot" ||
                                    view->what().kind == "object" || view->what().kind == "solid");
   for (QAction* action : actions_.all())
@@ -626,7 +765,8 @@ void MainWindow::show_tab_state() {
 // --- status bar ------------------------------------------------------------------------------
 
 void MainWindow::make_status_bar() {
-  QStatusBar* bar = statusBar();
+  auto* bar = new StatusLine;
+  setStatusBar(bar);
   bar->setObjectName("status");
   bar->setAccessibleName("Status");
   bar->setSizeGripEnabled(false);
@@ -634,8 +774,21 @@ void MainWindow::make_status_bar() {
   status_units_ = status_label("status_units", "Units", "Units of lengths, angles and times");
   status_units_->setText(QString("mm %1 deg %1 s").arg(QChar(0x00B7)));
   status_selection_ = status_label("status_selection", "Selection", "What is selected, and where");
+  // It yields first where space is missing.
+  status_selection_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   bar->addWidget(status_units_);
   bar->addWidget(status_selection_, 1);
+  status_hidden_ = new QToolButton;
+  status_hidden_->setObjectName("status_hidden");
+  status_hidden_->setAccessibleName("Hidden members");
+  status_hidden_->setToolTip("Members that the view does not draw; a click shows all");
+  status_hidden_->setIcon(icon("hidden"));
+  status_hidden_->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  status_hidden_->setFocusPolicy(Qt::TabFocus);
+  status_hidden_->hide();
+  connect(status_hidden_, &QToolButton::clicked, this, [this] {
+    if (QAction* all = actions_.find("show_all")) all->trigger();
+  });
   status_job_ = status_label("status_job", "Running job", "The job that started last");
   status_progress_ = new QProgressBar;
   status_progress_->setObjectName("status_progress");
@@ -656,6 +809,15 @@ void MainWindow::make_status_bar() {
   status_undo_ = status_label("status_undo", "Next step to undo", "Ctrl+Z undoes it");
   status_renderer_ =
       status_label("status_renderer", "Renderer", "What draws the pictures; doctor() reports more");
+  status_server_ = new QToolButton;
+  status_server_->setObjectName("status_server");
+  status_server_->setToolTip(
+      "Whether other programs can connect; a click opens the connections\n"
+      "window.open{panel = \"connections\"}");
+  status_server_->setIcon(icon("server"));
+  status_server_->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  status_server_->setFocusPolicy(Qt::TabFocus);
+  connect(status_server_, &QToolButton::clicked, this, [this] { show_panel("connections"); });
   auto* theme_button = new QToolButton;
   theme_button->setObjectName("status_theme");
   theme_button->setAccessibleName("Theme");
@@ -664,31 +826,106 @@ void MainWindow::make_status_bar() {
   theme_button->setFocusPolicy(Qt::TabFocus);
   connect(theme_button, &QToolButton::clicked, this,
           [this] { set_theme_and_zoom(!theme().is_dark, theme().zoom); });
+  QLabel* safe = nullptr;
+  if (options_.is_safe) {
+    safe = new QLabel("Safe mode");
+    safe->setObjectName("status_safe");
+    safe->setAccessibleName("Safe mode");
+    safe->setToolTip(
+        "Started with --safe: without the settings and layouts of the user, without plugins that\n"
+        "are not part of the program, and with software OpenGL");
+  }
   for (QWidget* widget :
-       {static_cast<QWidget*>(status_job_), static_cast<QWidget*>(status_progress_),
+       {static_cast<QWidget*>(safe), static_cast<QWidget*>(status_hidden_),
+        static_cast<QWidget*>(status_job_), static_cast<QWidget*>(status_progress_),
         static_cast<QWidget*>(status_cancel_), static_cast<QWidget*>(status_undo_),
-        static_cast<QWidget*>(status_renderer_), static_cast<QWidget*>(theme_button)})
-    bar->addPermanentWidget(widget);
+        static_cast<QWidget*>(status_renderer_), static_cast<QWidget*>(status_server_),
+        static_cast<QWidget*>(theme_button)})
+    if (widget) bar->add_end(widget);
 }
 
-void MainWindow::set_up_palette() {
+void MainWindow::show_hidden_count() {
+  const ViewTab* view = current_view();
+  const std::size_t count = view ? view->hidden().count() : 0;
+  status_hidden_->setVisible(count > 0);
+  if (count == 0) return;
+  status_hidden_->setText(QString("%1 hidden").arg(count));
+  QStringList names;
+  for (const std::string& name : view->hidden().names()) names += shown(name);
+  status_hidden_->setToolTip(names.join(", ") + "\nA click shows all (Alt+H)\n" +
+                             "window.trigger{action = \"show_all\"}");
+}
+
+void MainWindow::title_tab(const ViewTab& view) {
+  const int i = tabs_->indexOf(const_cast<ViewTab*>(&view));
+  if (i < 0) return;
+  const bool is_unsaved = desk_.is_unsaved(view.what());
+  QString title = view.name();
+  if (!view.is_there()) title += " (deleted)";
+  else if (is_unsaved) title += QString(" ") + QChar(0x25CF);
+  tabs_->setTabText(i, title);
+  tabs_->setTabToolTip(
+      i, shown(view.what().kind) + " " + view.name() + (is_unsaved ? ", not saved" : ""));
+}
+
+void MainWindow::title_window() {
+  const ViewTab* view = current_view();
+  QString title = "ROBOMOSP";
+  if (view)
+    title = view->name() + (desk_.is_unsaved(view->what()) ? QString(" ") + QChar(0x25CF) : "") +
+            " - ROBOMOSP";
+  if (const std::size_t count = desk_.unsaved().size(); count > 0)
+    title += QString(" (%1 not saved)").arg(count);
+  setWindowTitle(title + (options_.is_safe ? " (safe mode)" : ""));
+}
+
+void MainWindow::show_unsaved() {
+  for (const ViewTab* view : views()) title_tab(*view);
+  title_window();
+  enable_saving();
+}
+
+void MainWindow::enable_saving() {
+  const Selection& selection = desk_.selection();
+  const bool is_record = selection.size() == 1 && selection.front().path.empty() &&
+                         selection.front().record.kind != "recording" &&
+                         selection.front().record.kind != "run";
+  actions_.enable("save_as", is_record);
+  actions_.enable("save", is_record && desk_.may_be_unsaved(selection.front().record));
+  const std::size_t count = desk_.unsaved().size();
+  actions_.enable("save_all", desk_.has_unsaved());
+  if (QAction* all = actions_.find("save_all"))
+    all->setText(count > 0 ? QString("Save a&ll %1").arg(count) : QString("Save a&ll"));
+}
+
+void MainWindow::show_keys_in_palette() {
+  if (const QAction* find = actions_.find("palette"))
+    top_bar_->show_keys(find->shortcut().toString(QKeySequence::NativeText));
   std::map<std::string, QString> keys;
   for (const QAction* action : actions_.all()) {
     const std::string command = utf8(command_of(*action));
     const std::string name = command.substr(0, command.find_first_of("({"));
-    if (!action->shortcut().isEmpty() && !name.empty())
+    if (!action->shortcut().isEmpty() && !name.empty() && name != "window.trigger")
       keys.emplace(name, action->shortcut().toString(QKeySequence::NativeText));
   }
   palette_->set_shortcuts(std::move(keys));
+}
+
+void MainWindow::set_up_palette() {
+  show_keys_in_palette();
   palette_->form()->on_macro = [this](const QString& line) { desk_.echo(utf8(line)); };
   palette_->form()->on_help = [this](const std::string& page) { show_help(page); };
   properties_->on_help = [this](const std::string& page) { show_help(page); };
+  properties_->on_go = [this](const Handle& h) { desk_.select({{h, ""}}); };
+  properties_->pose_of_view = pose_of_camera(*this);
+  palette_->form()->on_show = [this](const Handle& h) { open_handle(h); };
+  set_up_palette_dock();
+  palette_->form()->set_pose_sources(pose_of_selection(*this), pose_of_camera(*this));
 }
 
 void MainWindow::show_help(const std::string& page) {
-  palette_->hide();
-  show_panel("console");
-  console_->run(shown("help(\"" + page + "\")"));
+  palette_->step_aside();
+  show_page("command:" + shown(page));
 }
 
 void MainWindow::show_selection() {
@@ -717,7 +954,8 @@ void MainWindow::show_selection() {
                          selection.front().record.kind != "recording" &&
                          selection.front().record.kind != "run";
   const bool is_one = selection.size() == 1;
-  for (const char* name : {"save", "save_as", "duplicate"}) actions_.enable(name, is_record);
+  enable_saving();
+  actions_.enable("duplicate", is_record);
   actions_.enable("reload", is_record);
   actions_.enable("rename", is_one);
   actions_.enable("delete", !selection.empty());
@@ -744,7 +982,7 @@ void MainWindow::show_jobs() {
 }
 
 void MainWindow::ask_undo_label() {
-  desk_.ask("document.history", {{"at_most", 1}}, [this](const Result<Value>& r) {
+  desk_.ask("document.history", {{"at_most", 1}}, *this, [this](const Result<Value>& r) {
     if (!r.ok()) return;
     const auto first = [&](const char* key) {
       const List& labels = list_at(map_of(*r), key);
@@ -769,16 +1007,6 @@ void MainWindow::take(const ioci::Event& event) {
       undo_timer_.start();
       show_selection();
       break;
-    case ioci::Topic::unsaved:
-      if (event.notice) {
-        for (const Value& v : list_at(event.notice->facts, "unsaved"))
-          if (const Handle* h = v.as_handle();
-              h && std::find(unsaved_.begin(), unsaved_.end(), *h) == unsaved_.end())
-            unsaved_.push_back(*h);
-        for (const Value& v : list_at(event.notice->facts, "saved"))
-          if (const Handle* h = v.as_handle()) std::erase(unsaved_, *h);
-      }
-      break;
     default: break;
   }
 }
@@ -786,67 +1014,72 @@ void MainWindow::take(const ioci::Event& event) {
 // --- the end ---------------------------------------------------------------------------------
 
 void MainWindow::make_guard() {
-  guard_ = new QWidget;
-  guard_->setObjectName("guard");
-  guard_->setAccessibleName("Unsaved records");
-  guard_->setProperty("ground", "header");
-  guard_->setAttribute(Qt::WA_StyledBackground);
-  auto* across = new QHBoxLayout(guard_);
-  across->setContentsMargins(12, 6, 12, 6);
-  guard_text_ = new QLabel;
-  guard_text_->setObjectName("guard_text");
-  guard_text_->setAccessibleName("What is not saved");
-  guard_text_->setToolTip("What is not saved");
-  across->addWidget(guard_text_, 1);
-  const auto button = [&](const char* name, const QString& text, const QString& tip) {
-    auto* b = new QPushButton(text);
-    b->setObjectName(name);
-    b->setAccessibleName(text);
-    b->setToolTip(tip);
-    across->addWidget(b);
-    return b;
-  };
-  auto* save = button("guard_save", "Save all and quit", "document.save{}");
-  save->setProperty("filled", true);
-  connect(save, &QPushButton::clicked, this, [this] {
+  guard_ = new NoteBar("guard", "Unsaved records", "What is not saved");
+  QPushButton& save = guard_->add_button("guard_save", "Save all and quit", "document.save{}");
+  save.setProperty("filled", true);
+  connect(&save, &QPushButton::clicked, this, [this] {
     desk_.act("document.save", {}, [this](const Result<Value>& r) {
       if (!r.ok()) return desk_.failed(r.error());
-      close_now();
+      // Records of the library are skipped: they are listed again then.
+      ask_before_closing(true);
     });
   });
-  connect(button("guard_discard", "Discard and quit", "Quit without saving"), &QPushButton::clicked,
-          this, [this] { close_now(); });
-  connect(button("guard_stay", "Stay", "Go on working"), &QPushButton::clicked, this,
-          [this] { guard_->hide(); });
-  guard_->hide();
+  connect(&guard_->add_button("guard_discard", "Discard and quit", "Quit without saving"),
+          &QPushButton::clicked, this, [this] { close_now(); });
+  connect(&guard_->add_button("guard_stay", "Stay", "Continue working"), &QPushButton::clicked,
+          guard_, &QWidget::hide);
 }
 
-void MainWindow::ask_before_closing() {
+void MainWindow::ask_before_closing(bool is_saved) {
   // A command that runs long would hold up the question: what events have reported is enough then.
-  if (!desk_.is_idle()) {
+  // After a save the answer comes at once, and events of it may be yet to come.
+  if (!is_saved && !desk_.is_idle()) {
     QStringList names;
-    for (const Handle& record : unsaved_) {
+    for (const Handle& record : desk_.unsaved()) {
       const auto rows = navigator_->model().rows_of({record, {}});
-      names += rows.isEmpty() ? shown(record.kind) : rows.front().data(Qt::DisplayRole).toString();
+      names += shown(record.kind) +
+               (rows.isEmpty() ? QString() : " " + rows.front().data(Qt::DisplayRole).toString());
     }
-    return names.isEmpty() ? close_now() : show_guard(names);
+    if (names.isEmpty() && desk_.has_unsaved()) names += "a record that was just edited";
+    return names.isEmpty() ? close_now() : show_guard(names, names);
   }
-  desk_.ask("document.unsaved", {}, [this](const Result<Value>& r) {
-    if (!r.ok()) return show_guard({"what is saved is unknown: " + shown(r.error().sentence())});
-    QStringList names;
-    for (const Value& row : list_of(*r)) names += shown(text_at(map_of(row), "name"));
+  desk_.ask("document.unsaved", {}, *this, [this, is_saved](const Result<Value>& r) {
+    if (!r.ok()) {
+      const QStringList why{"unknown records: " + shown(r.error().sentence())};
+      return show_guard(why, why);
+    }
+    QStringList names, details;
+    for (const Value& row : list_of(*r)) {
+      const Map& m = map_of(row);
+      const QString file = shown(text_at(m, "file"));
+      names += shown(text_at(m, "kind")) + " " + shown(text_at(m, "name"));
+      details += names.back() + (file.isEmpty() ? ": has no file" : ": differs from " + file);
+    }
     if (names.isEmpty()) close_now();
-    else show_guard(names);
+    else show_guard(names, details);
+    if (is_saved && !names.isEmpty())
+      guard_->text().setText(guard_->text().text() +
+                             ". Records of the library are only saved as copies: use Save as.");
   });
 }
 
-void MainWindow::show_guard(const QStringList& names) {
-  guard_text_->setText(QString("%1 %2 not saved: %3%4")
-                           .arg(names.size())
-                           .arg(names.size() == 1 ? "record is" : "records are")
-                           .arg(names.mid(0, 6).join(", "), names.size() > 6 ? ", ..." : ""));
+void MainWindow::show_guard(const QStringList& names, const QStringList& details) {
+  constexpr qsizetype kMostNames = 6;
+  const qsizetype more = names.size() - kMostNames;
+  guard_->text().setText(QString("%1 %2 not saved: %3%4")
+                             .arg(names.size())
+                             .arg(names.size() == 1 ? "record is" : "records are")
+                             .arg(names.mid(0, kMostNames).join(", "),
+                                  more > 0 ? QString(" and %1 more").arg(more) : QString()));
+  guard_->text().setToolTip(details.join('\n'));
   guard_->show();
   if (auto* save = guard_->findChild<QPushButton*>("guard_save")) save->setFocus();
+}
+
+void MainWindow::end_now() {
+  save_layout();
+  settings_.set_geometry(saveGeometry());
+  settings_.sync();
 }
 
 void MainWindow::close_now() {
@@ -871,7 +1104,7 @@ bool MainWindow::is_settled() const {
   if (!desk_.is_idle()) return false;
   if (undo_timer_.isActive() || heads_timer_.isActive()) return false;
   const ViewTab* view = current_view();
-  return !view || view->is_settled();
+  return (!view || view->is_settled()) && timeline_->is_settled() && !console_->is_drawing();
 }
 
 }  // namespace robomosp::viewer

@@ -3,7 +3,6 @@
 // centre, menus of commands, a status bar (layer: GUI).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -32,12 +31,21 @@ namespace robomosp::viewer {
 
 class Automation;
 class CommandPalette;
+class ConnectionsPanel;
 class Console;
+class HelpPanel;
 class JobsPanel;
 class MessagesPanel;
 class Navigator;
+class NoteBar;
 class PropertiesPanel;
+class Shortcuts;
+class ShortcutsPanel;
 class StartPage;
+struct Story;
+class StoryProgress;
+class Thumbnails;
+class TopBar;
 class Timeline;
 
 enum class Workspace : std::uint8_t { model, robot, motion, program };
@@ -47,8 +55,10 @@ inline constexpr const char* kWorkspaceNames[] = {"model", "robot", "motion", "p
 class MainWindow : public QMainWindow {
  public:
   struct Options {
-    QString settings_file;       ///< "" = the user's
-    bool software_view = false;  ///< draw through EGL even where a window could use OpenGL
+    QString settings_file;         ///< "" = the user's
+    bool software_view = false;    ///< draw through EGL even where a window could use OpenGL
+    bool is_safe = false;          ///< says that the program was started with --safe
+    bool has_whole_start = false;  ///< the start page alone has no panels beside it
   };
   MainWindow(Desk& desk, Options options);
   ~MainWindow() override;
@@ -59,6 +69,8 @@ class MainWindow : public QMainWindow {
   ViewTab* open_view(const Handle& what, const QString& name);
   [[nodiscard]] ViewTab* current_view() const;
   [[nodiscard]] std::vector<ViewTab*> views() const;
+  /// Shows a result of a command in a tab: as plot, table, picture or value.
+  void open_result(const QString& title, const Value& result);
   void show_panel(const QString& name);
   void set_workspace(Workspace workspace);
   [[nodiscard]] Workspace workspace() const { return workspace_; }
@@ -74,10 +86,24 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] Timeline& timeline() const { return *timeline_; }
   [[nodiscard]] PropertiesPanel& properties() const { return *properties_; }
   [[nodiscard]] CommandPalette& palette() const { return *palette_; }
+  [[nodiscard]] HelpPanel& help() const { return *help_; }
+  [[nodiscard]] ConnectionsPanel& connections() const { return *connections_; }
+  [[nodiscard]] StoryProgress& story() const { return *story_; }
+  /// Opens the world of a story, and its steps beside it.
+  void begin_story(const Story& story, bool anew);
+  [[nodiscard]] Shortcuts& shortcuts() const { return *shortcuts_; }
+  /// Shows a page in the help: "user/desktop.md#views", "command:robot.fk"; see HelpPanel.
+  void show_page(const QString& page);
+  /// The page for the widget under the mouse, or else for the one with the focus.
+  void show_help_here();
+  /// Sets the keys of a menu entry; none = the program's; "" as action = those of all entries.
+  Result<void> set_keys(const std::string& action, const std::optional<QString>& keys);
   /// True if no call of the window waits and all visible pictures are shown.
   [[nodiscard]] bool is_settled() const;
   /// Closes without asking for unsaved work.
   void close_now();
+  /// Writes the layout and the settings, when the process ends without closing.
+  void end_now();
   /// Names of the panels that can be shown.
   [[nodiscard]] QStringList panels() const;
 
@@ -91,17 +117,54 @@ class MainWindow : public QMainWindow {
   void make_edit_menu();
   void make_view_menu();
   void make_display_menu(QMenu* menu);
+  // display_menu.cpp
+  void make_views_menu(QMenu* menu);
+  void make_stereo_menu(QMenu* menu);
+  void fill_user_views(QMenu& menu);
+  void save_user_view(const QString& name);
+  void check_views(const ViewLook& look, bool has_view);
   void make_run_menu();
   void make_tools_menu();
   void make_top_bar();
   void make_docks();
+  void set_least_widths();
   QDockWidget* add_dock(const char* name, const QString& title, const char* icon_name,
                         QWidget* content, Qt::DockWidgetArea area);
   void make_status_bar();
+  void show_hidden_count();
+  /// Names of tabs, with a dot if the record is not saved.
+  void title_tab(const ViewTab& view);
+  void title_window();
+  /// Titles, entries and marks that depend on which records are saved.
+  void show_unsaved();
+  void enable_saving();
   void set_up_palette();
+  void set_up_palette_dock();
+  void dock_palette(bool on);
   void show_help(const std::string& page);
+  void show_keys_in_palette();
+  // Panels that are opened when they are needed: main_window_rooms.cpp.
+  void make_rooms();
+  void finish_rooms();
+  void arrange_rooms();
+  /// Restores docks as they were; panels opened when needed stay closed.
+  void restore_layout(const QByteArray& state);
+  /// Gives a panel an area; false if it is none of those.
+  bool place_room(QDockWidget& dock, const QString& name);
+  /// Hides the panels while nothing but the start page is open, and shows them again.
+  void enter_whole_start();
+  void leave_whole_start();
+  /// What the centre shows without tabs.
+  QWidget* make_empty();
+  void show_empty();
+  void show_server_state();
+  void make_notice();
+  /// Explains above the views why something was not opened.
+  void show_notice(const QString& what, const Error& why);
   void make_guard();
   void arrange(Workspace workspace);
+  /// Arranges the panels of the workspace as the user left them.
+  void arrange_as_kept();
   void update_dock_heads();
   void save_layout();
   void show_tab_state();
@@ -114,7 +177,12 @@ class MainWindow : public QMainWindow {
   void new_record(const char* kind, Map fields);
   void open_file();
   void save_selected(bool as);
+  /// Opens the form of the picture of what the current view shows, at the time that it shows.
   void save_picture();
+  /// Opens the form of a film of the recording or live run that moves the current view.
+  void film();
+  /// Calls `then` with the recording that moves a view: of a live run, with its rows so far.
+  void with_recording(ViewTab& view, std::function<void(std::optional<Handle>)> then);
   void save_macro();
   void run_script();
   void remove_selected();
@@ -126,8 +194,10 @@ class MainWindow : public QMainWindow {
   void close_tab(int index);
   void add_tab(QWidget* page, const char* icon_name, const QString& title, int at);
   void simulate();
-  void ask_before_closing();
-  void show_guard(const QStringList& names);
+  /// `is_saved`: all was saved that can be.
+  void ask_before_closing(bool is_saved = false);
+  /// Names of what is not saved, and a line of its tool tip for each.
+  void show_guard(const QStringList& names, const QStringList& details);
 
   Desk& desk_;
   const Options options_;
@@ -135,6 +205,7 @@ class MainWindow : public QMainWindow {
   Actions actions_;
   QMenuBar* menu_bar_ = nullptr;
   QTabWidget* tabs_ = nullptr;
+  Thumbnails* thumbnails_ = nullptr;
   StartPage* start_ = nullptr;
   Navigator* navigator_ = nullptr;
   Console* console_ = nullptr;
@@ -143,19 +214,23 @@ class MainWindow : public QMainWindow {
   Timeline* timeline_ = nullptr;
   PropertiesPanel* properties_ = nullptr;
   CommandPalette* palette_ = nullptr;
+  HelpPanel* help_ = nullptr;
+  ConnectionsPanel* connections_ = nullptr;
+  StoryProgress* story_ = nullptr;
+  std::unique_ptr<Shortcuts> shortcuts_;
+  ShortcutsPanel* shortcuts_panel_ = nullptr;
   std::map<QString, QDockWidget*> docks_;
-  std::array<QToolButton*, 4> workspace_buttons_{};
+  TopBar* top_bar_ = nullptr;
   QLabel *status_units_ = nullptr, *status_selection_ = nullptr, *status_job_ = nullptr,
          *status_undo_ = nullptr, *status_renderer_ = nullptr;
   QProgressBar* status_progress_ = nullptr;
-  QToolButton* status_cancel_ = nullptr;
-  QWidget* guard_ = nullptr;
-  QLabel* guard_text_ = nullptr;
+  QToolButton *status_cancel_ = nullptr, *status_server_ = nullptr, *status_hidden_ = nullptr;
+  NoteBar *guard_ = nullptr, *notice_ = nullptr;
+  QWidget* empty_ = nullptr;
   QTimer undo_timer_, heads_timer_, layout_timer_;
   Workspace workspace_ = Workspace::motion;
   int themed_ = theme_revision();  ///< the theme that it shows
-  std::vector<Handle> unsaved_;
-  bool is_closing_ = false, is_arranging_ = false;
+  bool is_closing_ = false, is_arranging_ = false, is_whole_start_ = false;
   std::shared_ptr<Automation> automation_;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The menus of the window: each entry is a command.
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -9,10 +10,8 @@
 #include <QDockWidget>
 #include <QFileDialog>
 #include <QFileInfo>
-#include <QHBoxLayout>
 #include <QMenu>
 #include <QMenuBar>
-#include <QPushButton>
 #include <QStatusBar>
 #include <QTabWidget>
 #include <QToolButton>
@@ -23,13 +22,16 @@
 #include "viewer/desktop/main_window.h"
 #include "viewer/desktop/messages.h"
 #include "viewer/desktop/navigator.h"
-#include "viewer/desktop/timeline.h"
+#include "viewer/desktop/stories.h"
+#include "viewer/desktop/top_bar.h"
 #include "viewer/desktop/values.h"
 #include "viewer/forms/command_form.h"
 #include "viewer/forms/command_palette.h"
 #include "viewer/forms/properties_panel.h"
+#include "viewer/gizmo/tool_bar.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
+#include "viewer/timeline/timeline.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -60,58 +62,11 @@ std::string base64_of(const QString& text) { return text.toUtf8().toBase64().toS
 }  // namespace
 
 void MainWindow::make_top_bar() {
-  auto* top = new QWidget;
-  top->setObjectName("top_bar");
-  top->setAccessibleName("Menus and workspaces");
-  top->setProperty("ground", "header");
-  top->setAttribute(Qt::WA_StyledBackground);
-  top->setFixedHeight(theme().bar);
-  auto* across = new QHBoxLayout(top);
-  across->setContentsMargins(4, 0, 4, 0);
-  across->setSpacing(0);
-  across->addWidget(menu_bar_, 1);
-  auto* middle = new QWidget;
-  middle->setObjectName("workspaces");
-  middle->setAccessibleName("Workspaces");
-  auto* row = new QHBoxLayout(middle);
-  row->setContentsMargins(0, 0, 0, 0);
-  row->setSpacing(0);
-  for (std::size_t i = 0; i < 4; ++i) {
-    auto* button = new QToolButton;
-    const QString name = kWorkspaceNames[i];
-    button->setObjectName("workspace_button_" + name);
-    QString title = name;
-    title[0] = title[0].toUpper();
-    button->setText(title);
-    button->setAccessibleName("Workspace " + title);
-    button->setToolTip(
-        QString("%1 (Ctrl+%2)\nwindow.set{workspace = \"%3\"}").arg(title).arg(i + 1).arg(name));
-    button->setCheckable(true);
-    button->setAutoExclusive(true);
-    button->setChecked(static_cast<std::size_t>(workspace_) == i);
-    button->setProperty("workspace", true);
-    button->setFocusPolicy(Qt::TabFocus);
-    connect(button, &QToolButton::clicked, this,
-            [this, i] { set_workspace(static_cast<Workspace>(i)); });
-    row->addWidget(button);
-    workspace_buttons_[i] = button;
-  }
-  across->addWidget(middle);
-  auto* balance = new QWidget;
-  balance->setObjectName("top_balance");
-  balance->setAccessibleName("Gap");
-  auto* end = new QHBoxLayout(balance);
-  end->setContentsMargins(0, 0, 0, 0);
-  end->addStretch(1);
-  auto* find = new QPushButton(icon("search"), "Find a command...     Ctrl+Shift+P");
-  find->setObjectName("find_command");
-  find->setAccessibleName("Find a command");
-  find->setToolTip("Find a command, fill its form and run it (Ctrl+Shift+P)");
-  find->setMaximumWidth(theme().px(296));
-  connect(find, &QPushButton::clicked, this, [this] { palette_->open(); });
-  end->addWidget(find);
-  across->addWidget(balance, 1);
-  setMenuWidget(top);
+  auto* spaces = menu_bar_->findChild<QMenu*>("workspace_menu");
+  top_bar_ = new TopBar(*menu_bar_, *spaces, static_cast<std::size_t>(workspace_));
+  top_bar_->on_workspace = [this](std::size_t i) { set_workspace(static_cast<Workspace>(i)); };
+  top_bar_->on_find = [this] { palette_->open(); };
+  setMenuWidget(top_bar_);
 }
 
 void MainWindow::make_actions() {
@@ -125,15 +80,17 @@ void MainWindow::make_actions() {
   make_view_menu();
   make_run_menu();
   make_tools_menu();
-  timeline_ = new Timeline(actions_);
+  timeline_ = new Timeline(desk_, settings_, actions_);
+  timeline_->on_open = [this](const Handle& handle) { open_handle(handle); };
+  timeline_->on_film = [this] { film(); };
   add_dock("timeline", "Timeline", "plot", timeline_, Qt::BottomDockWidgetArea);
   // Panels in the menu View, in the order of their names.
   QMenu* panels = menu_bar_->findChild<QMenu*>("panels_menu");
   for (const auto& [name, dock] : docks_) {
     QAction* toggle = dock->toggleViewAction();
     toggle->setObjectName("show_" + name);
-    toggle->setToolTip(dock->windowTitle() + "\nwindow.open{panel = \"" + name + "\"}");
     toggle->setText(dock->windowTitle());
+    actions_.adopt(*toggle, "window.open{panel = \"" + name + "\"}");
     panels->addAction(toggle);
   }
 }
@@ -163,9 +120,9 @@ void MainWindow::make_file_menu() {
   recent->setObjectName("recent_menu");
   recent->setToolTipsVisible(true);
   connect(recent, &QMenu::aboutToShow, this, [this, recent] { fill_recent_menu(*recent); });
-  actions_.add(
-      menu, {"start_page", "S&tart page", "home", "Ctrl+Shift+H", "window.open{panel = \"start\"}"},
-      [this](bool) { show_start(); });
+  actions_.add(menu,
+               {"start_page", "S&tart page", "home", "Alt+Home", "window.open{panel = \"start\"}"},
+               [this](bool) { show_start(); });
   menu->addSeparator();
   actions_.add(menu, {"save", "&Save", "save", "Ctrl+S", "record.save{id = ..., file = ...}"},
                [this](bool) { save_selected(false); });
@@ -179,7 +136,7 @@ void MainWindow::make_file_menu() {
       {"reload", "Re&load from its file", "refresh", "", "file.load{file = ..., reload = true}"},
       [this](bool) {
         for (const Selected& s : desk_.selection())
-          desk_.ask("document.outline", {}, [this, s](const Result<Value>& r) {
+          desk_.ask("document.outline", {}, *this, [this, s](const Result<Value>& r) {
             if (!r.ok()) return;
             for (const Value& row : list_of(*r))
               if (handle_at(map_of(row), "id") == s.record) {
@@ -193,16 +150,16 @@ void MainWindow::make_file_menu() {
       });
   menu->addSeparator();
   actions_.add(menu,
-               {"save_picture", "Save &picture...", "camera", "Ctrl+Shift+P",
+               {"save_picture", "Save &picture...", "camera", "Ctrl+Shift+I",
                 "world.render{id = ..., file = ...}"},
                [this](bool) { save_picture(); });
+  actions_.add(menu,
+               {"film", "Save f&ilm...", "recording", "", "recording.video{id = ..., file = ...}"},
+               [this](bool) { film(); });
   menu->addSeparator();
   actions_.add(menu, {"close_tab", "&Close tab", "close", "Ctrl+W", ""},
                [this](bool) { close_tab(tabs_->currentIndex()); });
   actions_.add(menu, {"quit", "&Quit", "", "Ctrl+Q", "quit()"}, [this](bool) { close(); });
-  // The palette of commands takes Ctrl+Shift+P.
-  if (QAction* picture = actions_.find("save_picture"))
-    picture->setShortcut(QKeySequence("Ctrl+Shift+I"));
 }
 
 void MainWindow::make_edit_menu() {
@@ -279,6 +236,8 @@ void MainWindow::make_display_menu(QMenu* menu) {
   menu->addSeparator();
   add_toggle(menu, {"perspective", "&Perspective", "perspective", "P", "", true},
              &ViewLook::is_perspective);
+  make_views_menu(menu);
+  make_stereo_menu(menu);
   QMenu* style = menu->addMenu("Drawing &style");
   style->setObjectName("style_menu");
   struct Styled {
@@ -353,9 +312,19 @@ void MainWindow::make_display_menu(QMenu* menu) {
   menu->addSeparator();
   add_toggle(menu, {"show_grid", "&Grid", "grid", "", "", true}, &ViewLook::has_grid);
   add_toggle(menu, {"show_axes", "World &axes", "frame", "", "", true}, &ViewLook::has_axes);
+  add_toggle(menu, {"show_lights", "&Lights of the world", "sun", "", "", true},
+             &ViewLook::has_lights);
   add_toggle(menu, {"show_edges", "Feature &edges", "edge", "", "", true}, &ViewLook::has_edges);
-  add_toggle(menu, {"refine", "Fine picture &when still", "", "", "", true},
-             &ViewLook::is_refined_at_rest);
+  // Of all views, also of those opened later: it depends on the machine, not on the record.
+  actions_.add(menu, {"refine", "Fine picture &when still", "", "", "", true}, [this](bool on) {
+    settings_.set_fine_pictures(on);
+    for (ViewTab* view : views()) {
+      ViewLook look = view->look();
+      look.is_refined_at_rest = on;
+      view->set_look(look);
+    }
+    show_tab_state();
+  });
 }
 
 void MainWindow::make_view_menu() {
@@ -385,6 +354,10 @@ void MainWindow::make_view_menu() {
                [this](bool) { reset_layout(); });
   menu->addSeparator();
   make_display_menu(menu);
+  QMenu* tools = menu->addMenu("Tools of the pict&ure");
+  tools->setObjectName("picture_tools_menu");
+  tools->setToolTipsVisible(true);
+  add_tool_actions(*this, actions_, *tools);
   menu->addSeparator();
   actions_.add(menu, {"zoom_in", "Zoom interface i&n", "plus", "Ctrl+=", "window.set{zoom = 1.1}"},
                [this](bool) { zoom_by(kZoomStep); });
@@ -397,7 +370,15 @@ void MainWindow::make_view_menu() {
                [this](bool) { set_theme_and_zoom(true, theme().zoom); });
   actions_.add(menu, {"theme_light", "Li&ght", "sun", "", "window.set{theme = \"light\"}", true},
                [this](bool) { set_theme_and_zoom(false, theme().zoom); });
+  actions_.add(menu,
+               {"strong_borders", "Strong &borders", "", "",
+                "window.trigger{action = \"strong_borders\"}", true},
+               [this](bool on) {
+                 settings_.set_strong_borders(on);
+                 set_theme_and_zoom(theme().is_dark, theme().zoom);
+               });
   connect(menu, &QMenu::aboutToShow, this, [this] {
+    actions_.check("strong_borders", theme().has_strong_borders);
     actions_.check("theme_dark", theme().is_dark);
     actions_.check("theme_light", !theme().is_dark);
   });
@@ -416,11 +397,11 @@ void MainWindow::make_run_menu() {
     if (Player* p = player()) p->set_time(p->from());
   });
   actions_.add(menu, {"step_back", "Step &back", "chevron_left", "Ctrl+Left", ""}, [player](bool) {
-    if (Player* p = player()) p->set_time(p->time() - (p->to() - p->from()) / 100);
+    if (Player* p = player()) p->step(-1);
   });
   actions_.add(menu, {"step_forward", "Step &forward", "chevron_right", "Ctrl+Right", ""},
                [player](bool) {
-                 if (Player* p = player()) p->set_time(p->time() + (p->to() - p->from()) / 100);
+                 if (Player* p = player()) p->step(1);
                });
   actions_.add(menu, {"loop", "&Repeat", "loop", "", "", true}, [player](bool on) {
     if (Player* p = player()) p->set_loop(on);
@@ -475,10 +456,25 @@ void MainWindow::make_tools_menu() {
                  });
                });
   QMenu* help = add_menu(*menu_bar_, "&Help", "help_menu");
-  actions_.add(help, {"help_console", "&Help in the console", "info", "F1", "help()"},
+  actions_.add(help, {"help_here", "&Help on this", "info", "F1", "window.open{panel = \"help\"}"},
+               [this](bool) { show_help_here(); });
+  actions_.add(help,
+               {"help_contents", "&Contents", "list", "Shift+F1",
+                "window.open{panel = \"help\", page = \"contents\"}"},
+               [this](bool) { show_page("contents"); });
+  QMenu* told = help->addMenu("S&tories");
+  told->setObjectName("stories_menu");
+  told->setToolTipsVisible(true);
+  for (const Story& story : stories()) {
+    const std::string name = "story_" + utf8(story.id), title = utf8(story.title);
+    actions_.add(told, {name.c_str(), title.c_str(), "", "", ""},
+                 [this, &story](bool) { begin_story(story, true); });
+  }
+  actions_.add(
+      help, {"help_shortcuts", "&Shortcuts", "keyboard", "", "window.open{panel = \"shortcuts\"}"},
+      [this](bool) { show_panel("shortcuts"); });
+  actions_.add(help, {"help_console", "Help in the c&onsole", "console", "", "help()"},
                [this](bool) {
-                 if (palette_->isVisible() && palette_->has_form())
-                   return show_help(palette_->form()->command());
                  show_panel("console");
                  console_->run("help()");
                });
@@ -491,7 +487,7 @@ void MainWindow::make_tools_menu() {
 // --- acts ------------------------------------------------------------------------------------
 
 void MainWindow::new_record(const char* kind, Map fields) {
-  desk_.ask("document.outline", {},
+  desk_.ask("document.outline", {}, *this,
             [this, kind, fields = std::move(fields)](const Result<Value>& r) mutable {
               if (!r.ok()) return desk_.failed(r.error());
               const auto is_taken = [&](const std::string& name) {
@@ -560,7 +556,7 @@ void MainWindow::fill_recent_menu(QMenu& menu) {
 void MainWindow::save_selected(bool as) {
   if (desk_.selection().size() != 1) return;
   const Handle record = desk_.selection().front().record;
-  desk_.ask("document.outline", {}, [this, record, as](const Result<Value>& r) {
+  desk_.ask("document.outline", {}, *this, [this, record, as](const Result<Value>& r) {
     if (!r.ok()) return desk_.failed(r.error());
     std::string file, name;
     for (const Value& row : list_of(*r))
@@ -577,40 +573,73 @@ void MainWindow::save_selected(bool as) {
                 });
     };
     if (!as && !file.empty()) return save(file);
-    desk_.ask("record.schema", {{"kind", record.kind}}, [this, name, save](const Result<Value>& s) {
-      const QString ending = s.ok() ? shown(text_at(map_of(*s), "extension")) : QString();
-      auto* dialog =
-          new QFileDialog(this, "Save as", shown(name) + ending, "Files (*" + ending + ")");
-      dialog->setObjectName("save_dialog");
-      dialog->setAttribute(Qt::WA_DeleteOnClose);
-      dialog->setAcceptMode(QFileDialog::AcceptSave);
-      dialog->setDefaultSuffix(QString(ending).remove('.'));
-      connect(dialog, &QFileDialog::fileSelected, this,
-              [save](const QString& to) { save(utf8(to)); });
-      dialog->open();
-    });
+    desk_.ask("record.schema", {{"kind", record.kind}}, *this,
+              [this, name, save](const Result<Value>& s) {
+                const QString ending = s.ok() ? shown(text_at(map_of(*s), "extension")) : QString();
+                auto* dialog = new QFileDialog(this, "Save as", shown(name) + ending,
+                                               "Files (*" + ending + ")");
+                dialog->setObjectName("save_dialog");
+                dialog->setAttribute(Qt::WA_DeleteOnClose);
+                dialog->setAcceptMode(QFileDialog::AcceptSave);
+                dialog->setDefaultSuffix(QString(ending).remove('.'));
+                connect(dialog, &QFileDialog::fileSelected, this,
+                        [save](const QString& to) { save(utf8(to)); });
+                dialog->open();
+              });
   });
+}
+
+void MainWindow::with_recording(ViewTab& view, std::function<void(std::optional<Handle>)> then) {
+  if (!view.run()) return then(view.recording());
+  desk_.act("run.recording", {{"id", *view.run()}},
+            [this, then = std::move(then)](const Result<Value>& r) {
+              if (!r.ok()) return desk_.failed(r.error());
+              const Handle* made = r->as_handle();
+              then(made ? std::optional(*made) : std::nullopt);
+            });
 }
 
 void MainWindow::save_picture() {
   ViewTab* view = current_view();
-  if (!view) return;
-  const Map args = view->render_arguments();
-  auto* dialog = new QFileDialog(this, "Save picture", view->name() + ".png", "PNG files (*.png)");
-  dialog->setObjectName("picture_dialog");
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setAcceptMode(QFileDialog::AcceptSave);
-  dialog->setDefaultSuffix("png");
-  connect(dialog, &QFileDialog::fileSelected, this,
-          [this, args, kind = view->what().kind](const QString& to) {
-            Map all = args;
-            all.set("file", utf8(to));
-            desk_.start(kind + ".render", std::move(all), [this, to](const Result<Value>& r) {
-              if (!r.ok()) return desk_.failed(r.error());
-              statusBar()->showMessage("Saved " + to, 5000);
-            });
-          });
-  dialog->open();
+  if (!view)
+    return desk_.failed(
+        error(ErrorCode::not_found, "no view is shown", "Open a world or another record first."));
+  Map args = view->render_arguments();
+  args.set("id", utf8(view->name()));
+  args.set("file", utf8(view->name()) + ".png");
+  const double time = view->player().time();
+  with_recording(*view, [this, args = std::move(args), time,
+                         kind = view->what().kind](const std::optional<Handle>& recording) mutable {
+    if (recording) {
+      args.set("recording", *recording);
+      args.set("at", time);
+    }
+    palette_->open_command(kind + ".render", args);
+  });
+}
+
+void MainWindow::film() {
+  ViewTab* view = current_view();
+  if (!view || !(view->recording() || view->run()))
+    return desk_.failed(error(ErrorCode::not_found,
+                              "no recording or live run moves the current view",
+                              "Open a recording, or simulate a motion first."));
+  Map args = view->render_arguments();
+  args.set("file", utf8(view->name()) + ".mp4");
+  args.set("from", view->player().from());
+  args.set("to", view->player().to());
+  // Videos have an even number of pixels.
+  List size;
+  for (const Value& side : list_at(args, "size"))
+    size.emplace_back(static_cast<std::int64_t>(side.number()) / 2 * 2);
+  args.set("size", std::move(size));
+  if (view->what().kind == "world") args.set("world", utf8(view->name()));
+  with_recording(*view,
+                 [this, args = std::move(args)](const std::optional<Handle>& recording) mutable {
+                   if (!recording) return;
+                   args.set("id", *recording);
+                   palette_->open_command("recording.video", args);
+                 });
 }
 
 void MainWindow::save_macro() {
@@ -644,7 +673,13 @@ void MainWindow::remove_selected() {
     if (s.record.kind == "recording" || s.record.kind == "run") {
       desk_.act(s.record.kind + ".remove", {{"id", s.record}});
     } else if (s.path.empty()) {
-      desk_.act(s.record.kind + ".remove", {{"id", s.record}});
+      desk_.act(s.record.kind + ".remove", {{"id", s.record}},
+                [this, record = s.record](const Result<Value>& r) {
+                  if (r.ok()) return;
+                  desk_.failed(r.error());
+                  if (r.error().code == ErrorCode::conflict)
+                    navigator_->show_users(record, r.error());
+                });
     } else if (s.record.kind == "world") {
       const std::string name = s.path.substr(s.path.find('.') + 1);
       desk_.act("world.remove_member", {{"id", s.record}, {"member", name}});
@@ -665,8 +700,9 @@ void MainWindow::duplicate_selected() {
 }
 
 void MainWindow::fill_context_menu(QMenu& menu) {
-  for (const char* name : {"open_selected", "", "rename", "duplicate", "delete", "", "save",
-                           "save_as", "reload", "", "simulate", "fly_to_selection"}) {
+  for (const char* name :
+       {"open_selected", "", "rename", "duplicate", "delete", "", "save", "save_as", "reload", "",
+        "simulate", "fly_to_selection", "hide_selection", "isolate_selection", "transparency"}) {
     if (*name == 0) menu.addSeparator();
     else if (QAction* action = actions_.find(name); action && action->isEnabled())
       menu.addAction(action);
@@ -680,7 +716,7 @@ void MainWindow::zoom_by(double factor) {
 void MainWindow::simulate() {
   if (desk_.selection().size() != 1 || desk_.selection().front().record.kind != "world") return;
   const Handle world = desk_.selection().front().record;
-  desk_.ask("record.outline", {{"id", world}}, [this, world](const Result<Value>& r) {
+  desk_.ask("record.outline", {{"id", world}}, *this, [this, world](const Result<Value>& r) {
     if (!r.ok()) return desk_.failed(r.error());
     std::string robot, trajectory;
     for (const Value& value : list_of(*r)) {

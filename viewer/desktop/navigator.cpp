@@ -7,14 +7,20 @@
 
 #include <QAction>
 #include <QEvent>
+#include <QHBoxLayout>
+#include <QLabel>
 #include <QLineEdit>
 #include <QMenu>
+#include <QMouseEvent>
 #include <QPainter>
+#include <QSignalBlocker>
 #include <QSortFilterProxyModel>
+#include <QToolButton>
 #include <QTreeView>
 #include <QVBoxLayout>
 
 #include "viewer/desktop/row_delegate.h"
+#include "viewer/desktop/status_line.h"
 #include "viewer/desktop/values.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
@@ -23,6 +29,7 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr int kSearchAfterMs = 120;
+constexpr int kMemoryAfterMs = 1000;
 
 /// Rows whose name has all words; "kind:robot" keeps rows of a kind.
 class RowFilter : public QSortFilterProxyModel {
@@ -35,13 +42,18 @@ class RowFilter : public QSortFilterProxyModel {
     words_ = words;
     invalidateFilter();
   }
+  void set_kinds(const QStringList& kinds) {
+    kinds_ = kinds;
+    invalidateFilter();
+  }
 
  protected:
   bool filterAcceptsRow(int row, const QModelIndex& parent) const override {
-    if (words_.isEmpty()) return true;
+    if (words_.isEmpty() && kinds_.isEmpty()) return true;
     const QModelIndex index = sourceModel()->index(row, 0, parent);
     const QString name = index.data(Qt::DisplayRole).toString();
     const QString kind = index.data(NavigatorModel::kKind).toString();
+    if (!kinds_.isEmpty() && !kinds_.contains(kind)) return false;
     return std::all_of(words_.begin(), words_.end(), [&](const QString& word) {
       if (word.startsWith("kind:")) return kind.startsWith(word.mid(5), Qt::CaseInsensitive);
       return name.contains(word, Qt::CaseInsensitive);
@@ -49,20 +61,48 @@ class RowFilter : public QSortFilterProxyModel {
   }
 
  private:
-  QStringList words_;
+  QStringList words_, kinds_;
 };
 
 /// The tree; its rows get the accent at their left edge when selected.
 class RowTree : public QTreeView {
  public:
   using QTreeView::QTreeView;
+  std::function<void(const QModelIndex&)> on_eye;
+  std::function<void()> on_leave;
+  /// Draws this row as the mouse over it would; none = no row.
+  void light(const QModelIndex& row) {
+    if (row == lit_) return;
+    const QModelIndex before = lit_;
+    lit_ = row;
+    for (const QModelIndex& each : {before, row})
+      if (each.isValid()) {
+        const QRect r = visualRect(each);  // without the indentation
+        viewport()->update(0, r.top(), viewport()->width(), r.height());
+      }
+  }
+  [[nodiscard]] QModelIndex lit() const { return lit_; }
 
  protected:
+  bool viewportEvent(QEvent* event) override {
+    if (event->type() == QEvent::Leave && on_leave) on_leave();
+    return QTreeView::viewportEvent(event);
+  }
+  /// A click on an eye leaves the selection as it is.
+  void mousePressEvent(QMouseEvent* event) override {
+    if (event->button() != Qt::LeftButton || !press_eye(event->position().toPoint()))
+      QTreeView::mousePressEvent(event);
+  }
+  void mouseDoubleClickEvent(QMouseEvent* event) override {
+    if (event->button() != Qt::LeftButton || !press_eye(event->position().toPoint()))
+      QTreeView::mouseDoubleClickEvent(event);
+  }
   void drawRow(QPainter* painter, const QStyleOptionViewItem& option,
                const QModelIndex& index) const override {
     const Theme& t = theme();
     const bool is_selected = selectionModel() && selectionModel()->isSelected(index);
     if (is_selected) painter->fillRect(option.rect, hasFocus() ? t.selection : t.selection_idle);
+    else if (lit_ == index) painter->fillRect(option.rect, t.hover);
     QTreeView::drawRow(painter, option, index);
     if (is_selected && hasFocus())
       painter->fillRect(QRect(option.rect.left(), option.rect.top(), t.px(2), option.rect.height()),
@@ -79,6 +119,17 @@ class RowTree : public QTreeView {
                         icon_pixmap(isExpanded(index) ? "chevron_down" : "chevron_right",
                                     t.text_quiet, size, ratio));
   }
+
+ private:
+  bool press_eye(const QPoint& at) const {
+    const QModelIndex index = indexAt(at);
+    if (!index.isValid() || index.data(NavigatorModel::kEye).toInt() == 0 ||
+        !RowDelegate::eye_place(visualRect(index)).contains(at))
+      return false;
+    if (on_eye) on_eye(index);
+    return true;
+  }
+  QPersistentModelIndex lit_;
 };
 
 }  // namespace
@@ -89,7 +140,10 @@ Navigator::Navigator(Desk& desk, QWidget* parent)
       model_(new NavigatorModel(desk, this)),
       filter_(new RowFilter(this)),
       search_(new QLineEdit),
-      tree_(new RowTree) {
+      tree_(new RowTree),
+      kinds_(new QToolButton),
+      users_(new QLabel),
+      memory_(new ShortLabel) {
   setObjectName("navigator");
   setAccessibleName("Navigator");
   setProperty("ground", "panel");
@@ -113,10 +167,57 @@ Navigator::Navigator(Desk& desk, QWidget* parent)
   tree_->setMouseTracking(true);
   tree_->setContextMenuPolicy(Qt::CustomContextMenu);
   tree_->setHorizontalScrollMode(QAbstractItemView::ScrollPerPixel);
+  tree_->setDragEnabled(true);
+  tree_->setAcceptDrops(true);
+  tree_->setDragDropMode(QAbstractItemView::DragDrop);
+  tree_->setDefaultDropAction(Qt::CopyAction);
+  tree_->setDropIndicatorShown(true);
+  static_cast<RowTree*>(tree_)->on_eye = [this](const QModelIndex& index) {
+    if (const auto s = model_->selected_of(filter_->mapToSource(index)); s && on_eye) on_eye(*s);
+  };
+  static_cast<RowTree*>(tree_)->on_leave = [this] { desk_.hover({}, this); };
+  connect(tree_, &QTreeView::entered, this, [this](const QModelIndex& index) {
+    const auto s = model_->selected_of(filter_->mapToSource(index));
+    desk_.hover(s ? Selection{*s} : Selection(), this);
+  });
+  connect(tree_, &QTreeView::viewportEntered, this, [this] { desk_.hover({}, this); });
+  desk_.hover_changed.add(this, [this](const QObject* from) { show_hovered(from != this); });
+  make_kinds_menu();
+  users_->setObjectName("navigator_users");
+  users_->setAccessibleName("Records that use the record");
+  users_->setToolTip("Why the record was not deleted");
+  users_->setWordWrap(true);
+  users_->setMargin(theme().gap);
+  users_->setTextInteractionFlags(Qt::LinksAccessibleByMouse | Qt::LinksAccessibleByKeyboard);
+  users_->hide();
+  connect(users_, &QLabel::linkActivated, this, [this](const QString& link) {
+    if (link == "close") return users_->hide();
+    desk_.select({{Handle{utf8(link.section('#', 0, 0)), link.section('#', 1).toULongLong()}, {}}});
+  });
   auto* column = new QVBoxLayout(this);
-  column->addWidget(search_);
+  auto* head = new QHBoxLayout;
+  head->setSpacing(2);
+  head->addWidget(search_, 1);
+  head->addWidget(kinds_);
+  column->addLayout(head);
   column->addWidget(tree_, 1);
+  column->addWidget(users_);
+  memory_->setObjectName("navigator_memory");
+  memory_->setAccessibleName("Memory of recordings and computed results");
+  memory_->setToolTip("Memory of recordings and computed results");
+  memory_->setProperty("dim", true);
+  memory_->hide();
+  column->addWidget(memory_);
   setFocusProxy(tree_);
+  memory_timer_.setSingleShot(true);
+  memory_timer_.setInterval(kMemoryAfterMs);
+  connect(&memory_timer_, &QTimer::timeout, this, [this] { ask_memory(); });
+  desk_.events.add(this, [this](const ioci::Event& e) {
+    const bool may_change = e.topic == ioci::Topic::recording || e.topic == ioci::Topic::change ||
+                            e.topic == ioci::Topic::memory || e.topic == ioci::Topic::job;
+    if (may_change && !memory_timer_.isActive()) memory_timer_.start();
+  });
+  memory_timer_.start();
 
   search_timer_.setSingleShot(true);
   search_timer_.setInterval(kSearchAfterMs);
@@ -160,15 +261,49 @@ Navigator::~Navigator() = default;
 
 void Navigator::apply_theme() {
   const Theme& t = theme();
+  model_->picture_ratio = devicePixelRatioF();
   tree_->setIndentation(t.indent);
   layout()->setContentsMargins(0, t.gap / 2, 0, 0);
   layout()->setSpacing(t.gap / 2);
+  if (QLayout* head = layout()->itemAt(0)->layout())
+    head->setContentsMargins(t.gap, 0, t.gap / 2, 0);
   search_->setFixedHeight(t.px(26));
+  memory_->setContentsMargins(t.gap, 0, t.gap, t.gap / 2);
 }
 
 void Navigator::changeEvent(QEvent* event) {
   if (std::exchange(themed_, theme_revision()) != theme_revision()) apply_theme();
   QWidget::changeEvent(event);
+}
+
+void Navigator::showEvent(QShowEvent* event) {
+  memory_timer_.start();
+  QWidget::showEvent(event);
+}
+
+void Navigator::ask_memory() {
+  if (!isVisible()) return;
+  desk_.ask("cache.stats", {}, *this, [this](const Result<Value>& stats) {
+    if (!stats.ok()) return;
+    const qint64 computed = whole_at(map_of(*stats), "bytes");
+    desk_.ask("cache.kept", {}, *this, [this, computed](const Result<Value>& kept) {
+      if (!kept.ok()) return;
+      QStringList parts, lines;
+      const auto add = [&](const char* name, qint64 bytes, const char* about) {
+        const QString size = memory_text(bytes);
+        if (size.isEmpty()) return;
+        parts += QString(name) + " " + size;
+        lines += QString(name) + " " + size + ": " + about;
+      };
+      add("Recordings", model_->recording_bytes(), "in memory; recording.remove frees one");
+      add("Computed", computed, "meshes, masses and models in memory; cache.clear() frees them");
+      add("On disk", whole_at(map_of(*kept), "bytes"),
+          "geometry kept for the next start; cache.clear_kept() removes it");
+      memory_->setText(parts.join(QString(" %1 ").arg(QChar(0x00B7))));
+      memory_->setToolTip(lines.join('\n'));
+      memory_->setVisible(!parts.isEmpty());
+    });
+  });
 }
 
 void Navigator::search(const QString& text) {
@@ -177,6 +312,117 @@ void Navigator::search(const QString& text) {
   static_cast<RowFilter*>(filter_)->set_words(words);
   if (!words.isEmpty()) tree_->expandAll();
 }
+
+void Navigator::make_kinds_menu() {
+  kinds_->setObjectName("navigator_kinds");
+  kinds_->setAccessibleName("Kinds shown");
+  kinds_->setPopupMode(QToolButton::InstantPopup);
+  kinds_->setFocusPolicy(Qt::TabFocus);
+  auto* menu = new QMenu(kinds_);
+  menu->setObjectName("navigator_kinds_menu");
+  menu->setAccessibleName("Kinds shown");
+  QAction* all = menu->addAction("All kinds");
+  all->setObjectName("kind_all");
+  menu->addSeparator();
+  for (const char* kind : {"world", "robot", "object", "solid", "trajectory", "task", "program",
+                           "controller", "material", "recording", "run", "", "link", "tool",
+                           "frame", "signal", "step", "segment", "node"}) {
+    if (*kind == 0) {
+      menu->addSeparator();
+      continue;
+    }
+    QString words = kind;
+    words[0] = words[0].toUpper();
+    QAction* each = menu->addAction(icon(icon_of_kind(kind)), words + "s");
+    each->setObjectName(QString("kind_") + kind);
+    each->setData(kind);
+    each->setCheckable(true);
+    connect(each, &QAction::toggled, this, [this, menu] {
+      QStringList kinds;
+      for (const QAction* a : menu->actions())
+        if (a->isChecked()) kinds += a->data().toString();
+      show_kinds(kinds);
+    });
+  }
+  connect(all, &QAction::triggered, this, [this] { show_all_kinds(); });
+  kinds_->setMenu(menu);
+  show_kinds({});
+}
+
+void Navigator::show_all_kinds() {
+  for (QAction* a : kinds_->menu()->actions()) {
+    const QSignalBlocker quiet(a);  // the rows are filtered once, below
+    a->setChecked(false);
+  }
+  show_kinds({});
+}
+
+void Navigator::open_library() {
+  const QModelIndex row = model_->index(model_->rowCount({}) - 1, 0, {});
+  QModelIndex library = filter_->mapFromSource(row);
+  if (row.isValid() && !library.isValid()) {  // the filters hide it
+    search_->clear();
+    search_timer_.stop();
+    search({});
+    show_all_kinds();
+    library = filter_->mapFromSource(row);
+  }
+  if (!library.isValid()) return;
+  tree_->expand(library);
+  for (int i = 0; i < filter_->rowCount(library); ++i) tree_->expand(filter_->index(i, 0, library));
+  tree_->scrollTo(library, QAbstractItemView::PositionAtTop);
+  tree_->setCurrentIndex(library);
+}
+
+void Navigator::show_kinds(const QStringList& kinds) {
+  if (!kinds.isEmpty()) model_->load_all();
+  static_cast<RowFilter*>(filter_)->set_kinds(kinds);
+  if (!kinds.isEmpty()) tree_->expandAll();
+  kinds_->setIcon(icon(kinds.isEmpty() ? "filter" : "close"));
+  kinds_->setToolTip(kinds.isEmpty() ? QString("Show rows of some kinds only")
+                                     : "Shown: " + kinds.join(", "));
+}
+
+void Navigator::show_users(const Handle& record, const Error& refusal) {
+  const auto name_of = [this](const Handle& h) {
+    const auto rows = model_->rows_of({h, {}});
+    return rows.isEmpty() ? shown(h.kind) : rows.front().data(Qt::DisplayRole).toString();
+  };
+  users_->setText(shown(refusal.sentence()).toHtmlEscaped() + " <a href=\"close\">Close</a>");
+  users_->show();
+  desk_.ask("document.referrers", {{"record", record}}, *this,
+            [this, record, name_of](const Result<Value>& r) {
+              if (!r.ok() || list_of(*r).empty() || !users_->isVisible()) return;
+              QStringList links;
+              for (const Value& v : list_of(*r))
+                if (const Handle* h = v.as_handle())
+                  links += QString("<a href=\"%1#%2\">%3</a>")
+                               .arg(shown(h->kind))
+                               .arg(h->number)
+                               .arg(name_of(*h).toHtmlEscaped());
+              constexpr int kMostLinks = 12;
+              const auto more = links.size() - kMostLinks;
+              users_->setText(QString("<b>%1</b> is used by %2%3. <a href=\"close\">Close</a>")
+                                  .arg(name_of(record).toHtmlEscaped(),
+                                       links.mid(0, kMostLinks).join(", "),
+                                       more > 0 ? QString(" and %1 more").arg(more) : QString()));
+            });
+}
+
+/// Lights the row of what the mouse is over in a picture, or the row that it is folded into.
+void Navigator::show_hovered(bool is_elsewhere) {
+  const Selection& what = desk_.hovered();
+  const QModelIndexList rows =
+      what.empty() || !is_elsewhere ? QModelIndexList() : model_->rows_of(what.front());
+  QModelIndex row = rows.isEmpty() ? QModelIndex() : filter_->mapFromSource(rows.front());
+  for (QModelIndex above = row.parent(); above.isValid(); above = above.parent())
+    if (!tree_->isExpanded(above)) row = above;
+  static_cast<RowTree*>(tree_)->light(row);
+}
+
+QModelIndex Navigator::hovered_row() const { return static_cast<RowTree*>(tree_)->lit(); }
+
+void Navigator::refresh_eyes() { tree_->viewport()->update(); }
 
 void Navigator::focus_search() {
   search_->setFocus(Qt::ShortcutFocusReason);

@@ -6,8 +6,11 @@
 #include <functional>
 #include <utility>
 
+#include "viewer/desktop/navigator_node.h"
+#include "viewer/desktop/thumbnails.h"
 #include "viewer/desktop/values.h"
 #include "viewer/theme/icons.h"
+#include "viewer/theme/theme.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -39,6 +42,9 @@ constexpr std::array kLibrary{SectionOf{"world", "Worlds"}, SectionOf{"robot", "
                               SectionOf{"object", "Objects"}, SectionOf{"solid", "Solids"},
                               SectionOf{"material", "Materials"}};
 
+/// Rows of the columns of a recording.
+constexpr const char* kColumnKind = "column";
+
 bool has_outline(std::string_view kind) { return kind != "material" && kind != "controller"; }
 
 bool is_inline_in_world(std::string_view group) {
@@ -68,25 +74,6 @@ std::string_view icon_of_part(const std::string& kind, const std::string& detail
 }
 
 }  // namespace
-
-struct NavigatorModel::Node {
-  RowType type = RowType::root;
-  std::string key;  ///< unique among its siblings
-  QString name, detail;
-  std::string kind, icon;
-  Handle record;     ///< of a record; of a part the record that it is in
-  std::string path;  ///< of a part
-  Handle refers;     ///< record whose outline is below a part; number 0 = none
-  bool is_named = true, is_quiet = false;
-  Node* parent = nullptr;
-  int row = 0;
-  std::vector<NodePtr> children;
-  std::size_t count = 0;  ///< of a group: of all its parts
-  enum class Load : std::uint8_t { none, wanted, asked, done } load = Load::none;
-
-  /// The record whose parts are below this row.
-  [[nodiscard]] const Handle& outlined() const { return type == RowType::part ? refers : record; }
-};
 
 NavigatorModel::NavigatorModel(Desk& desk, QObject* parent)
     : QAbstractItemModel(parent), desk_(desk), root_(std::make_unique<Node>()) {
@@ -120,6 +107,14 @@ NavigatorModel::NavigatorModel(Desk& desk, QObject* parent)
   }
   merge(*root_->children.front(), std::move(shelves));
   desk_.events.add(this, [this](const ioci::Event& e) { take(e); });
+  desk_.unsaved_changed.add(this, [this] {
+    for (const NodePtr& top : root_->children) {
+      changed(*top);
+      if (top->type != RowType::section || top->children.empty()) continue;
+      const Node &first = *top->children.front(), &last = *top->children.back();
+      if (first.type == RowType::record) dataChanged(index_of(first), index_of(last));
+    }
+  });
   ask_records();
   ask_others();
 }
@@ -168,7 +163,17 @@ void NavigatorModel::fetchMore(const QModelIndex& parent) {
   if (!canFetchMore(parent)) return;
   if (node->type == RowType::section) ask_library(*node);
   else if (node->type == RowType::group) ask_group(*node);
+  else if (node->type == RowType::other) ask_columns(*node);
   else ask_outline(*node, 0);
+}
+
+std::size_t NavigatorModel::unsaved_below(const Node& node) const {
+  if (node.type == RowType::record) return desk_.is_unsaved(node.record) ? 1 : 0;
+  std::size_t count = 0;
+  if (node.type == RowType::section)
+    for (const NodePtr& child : node.children)
+      count += child->type == RowType::record && desk_.is_unsaved(child->record);
+  return count;
 }
 
 QVariant NavigatorModel::data(const QModelIndex& index, int role) const {
@@ -185,25 +190,48 @@ QVariant NavigatorModel::data(const QModelIndex& index, int role) const {
     for (const auto& [path, sentence] : of->second) all += sentence;
     return all.join('\n');
   };
+  const auto unsaved_text = [&]() -> QString {
+    const std::size_t count = unsaved_below(n);
+    if (count == 0) return {};
+    return n.type == RowType::record ? QString("not saved") : QString("%1 not saved").arg(count);
+  };
   switch (role) {
     case Qt::DisplayRole: return n.name;
     case Qt::EditRole: return n.name;
+    case kPicture: {
+      const Theme& t = theme();
+      if (n.type != RowType::library || !thumbnails_) return {};
+      return thumbnails_->small(n.kind, utf8(n.name), t.row - 2, picture_ratio);
+    }
     case Qt::ToolTipRole: {
+      if (n.type == RowType::library && thumbnails_) return library_tip(n);
       QString tip = n.name + (n.detail.isEmpty() ? QString() : "  " + n.detail);
+      if (!memory_text(n.bytes).isEmpty())
+        tip += QString("\nHolds %1 of memory, %2 % of the machine's; recording.remove frees it")
+                   .arg(memory_text(n.bytes))
+                   .arg(100 * n.share, 0, 'f', 1);
       if (const QString faults = faults_here(); !faults.isEmpty()) tip += '\n' + faults;
+      if (const QString mark = unsaved_text(); !mark.isEmpty()) tip += '\n' + mark;
       return tip;
     }
-    case Qt::AccessibleTextRole: return n.name + ' ' + n.detail;
+    case Qt::AccessibleTextRole: {
+      const QString mark = unsaved_text();
+      return n.name + ' ' + n.detail + (mark.isEmpty() ? QString() : ", " + mark);
+    }
     case kDetail: return n.detail;
     case kIcon: return shown(n.icon);
     case kKind: return shown(n.kind);
-    case kIsUnsaved: return n.type == RowType::record && unsaved_.contains(key_of(n.record));
+    case kIsUnsaved: return unsaved_below(n) > 0;
     case kFault: return faults_here();
     case kFaultBelow: {
       if (n.type != RowType::part || n.refers.number == 0) return false;
       return faults_.contains(key_of(n.refers));
     }
+    case kIsHeavy: return n.bytes > 0 && n.share >= heavy_share;
     case kIsQuiet: return n.is_quiet;
+    case kEye:
+      return static_cast<int>(n.type == RowType::part && eye_of ? eye_of({n.record, n.path})
+                                                                : Eye::none);
     default: return {};
   }
 }
@@ -226,6 +254,9 @@ Qt::ItemFlags NavigatorModel::flags(const QModelIndex& index) const {
   Qt::ItemFlags flags = Qt::ItemIsEnabled | Qt::ItemIsSelectable;
   const bool may_rename = n.type == RowType::record || (n.type == RowType::part && n.is_named);
   if (may_rename) flags |= Qt::ItemIsEditable;
+  if (may_drag(n)) flags |= Qt::ItemIsDragEnabled;
+  if (n.type == RowType::record || n.type == RowType::part || n.type == RowType::group)
+    flags |= Qt::ItemIsDropEnabled;
   return flags;
 }
 
@@ -239,7 +270,7 @@ std::optional<Selected> NavigatorModel::selected_of(const QModelIndex& index) co
   switch (n.type) {
     case RowType::record:
     case RowType::other: return Selected{n.record, {}};
-    case RowType::part: return Selected{n.record, n.path};
+    case RowType::part: return Selected{n.record, n.kind == kColumnKind ? "" : n.path};
     case RowType::root:
     case RowType::section:
     case RowType::group:
@@ -280,7 +311,7 @@ QModelIndexList NavigatorModel::rows_of(const Selected& what) const {
 void NavigatorModel::load_all() {
   std::vector<Node*> wanted;
   each_node([&](Node& n) {
-    if (n.load == Node::Load::wanted) wanted.push_back(&n);
+    if (n.load == Node::Load::wanted && n.type != RowType::other) wanted.push_back(&n);
   });
   for (Node* n : wanted) fetchMore(index_of(*n));
 }
@@ -344,6 +375,8 @@ void NavigatorModel::merge(Node& node, std::vector<NodePtr> wanted) {
       old.detail = fresh.detail;
       old.icon = fresh.icon;
       old.is_quiet = fresh.is_quiet;
+      old.bytes = fresh.bytes;
+      old.share = fresh.share;
       old.count = fresh.count;
       if (old.refers != fresh.refers) {
         old.refers = fresh.refers;
@@ -411,7 +444,7 @@ NavigatorModel::Node* NavigatorModel::section(const std::string& key) const {
 
 void NavigatorModel::ask_records() {
   ++asked_;
-  desk_.ask("document.outline", {}, [this](const Result<Value>& r) {
+  desk_.ask("document.outline", {}, *this, [this](const Result<Value>& r) {
     --asked_;
     if (r.ok()) take_records(list_of(*r));
     loaded();
@@ -475,7 +508,7 @@ void NavigatorModel::ask_outline(Node& node, std::size_t at_least) {
   node.load = Node::Load::asked;
   by_record_[key_of(record)].insert(&node);
   ++asked_;
-  desk_.ask("record.outline", {{"id", record}, {"at_most", std::max(kPage, at_least)}},
+  desk_.ask("record.outline", {{"id", record}, {"at_most", std::max(kPage, at_least)}}, *this,
             [this, &node, record](const Result<Value>& r) {
               --asked_;
               const auto known = by_record_.find(key_of(record));
@@ -566,7 +599,7 @@ void NavigatorModel::ask_group(Node& group) {
   ++asked_;
   const std::size_t from = group.children.size() + 1;
   desk_.ask("record.outline",
-            {{"id", record}, {"group", group.path}, {"from", from}, {"at_most", kPage}},
+            {{"id", record}, {"group", group.path}, {"from", from}, {"at_most", kPage}}, *this,
             [this, &group, record, from](const Result<Value>& r) {
               --asked_;
               const auto known = by_record_.find(key_of(record));
@@ -601,28 +634,85 @@ std::vector<NavigatorModel::Node*> NavigatorModel::nodes_of_record(const Handle&
 
 void NavigatorModel::ask_others() {
   asked_ += 2;
-  desk_.ask("recording.list", {}, [this](const Result<Value>& r) {
+  desk_.ask("recording.list", {}, *this, [this](const Result<Value>& r) {
     --asked_;
     if (r.ok()) take_recordings(list_of(*r));
     loaded();
   });
-  desk_.ask("run.list", {}, [this](const Result<Value>& r) {
+  desk_.ask("run.list", {}, *this, [this](const Result<Value>& r) {
     --asked_;
     if (r.ok()) take_runs(list_of(*r));
     loaded();
   });
 }
 
+QString memory_text(qint64 bytes) {
+  constexpr double kMega = 1e6, kGiga = 1e9;
+  const auto number = static_cast<double>(bytes);
+  if (number >= kGiga) return QString::number(number / kGiga, 'f', 1) + " GB";
+  if (number >= 10 * kMega) return QString::number(number / kMega, 'f', 0) + " MB";
+  return number >= 0.1 * kMega ? QString::number(number / kMega, 'f', 1) + " MB" : QString();
+}
+
 void NavigatorModel::take_recordings(const List& rows) {
+  recording_bytes_ = 0;
   std::vector<NodePtr> wanted;
   for (const Value& value : rows) {
     const Map& row = map_of(value);
-    if (const auto id = handle_at(row, "recording"))
+    if (const auto id = handle_at(row, "recording")) {
+      const qint64 bytes = whole_at(row, "bytes");
+      const QString memory = memory_text(bytes);
       wanted.push_back(other_row(*id, "recording", row,
                                  QString::number(whole_at(row, "samples")) + " rows" +
+                                     (memory.isEmpty() ? QString() : ", " + memory) +
                                      (flag_at(row, "stale") ? ", out of date" : "")));
+      wanted.back()->bytes = bytes;
+      wanted.back()->share = number_at(row, "share");
+      recording_bytes_ += bytes;
+    }
   }
   show_section("recordings", "Recordings", "recording", std::move(wanted));
+  if (Node* at = section("recordings"); at && !memory_text(recording_bytes_).isEmpty()) {
+    at->detail += ", " + memory_text(recording_bytes_);
+    changed(*at);
+  }
+  // Columns may have been added.
+  if (Node* at = section("recordings"))
+    for (const NodePtr& row : at->children)
+      if (row->load == Node::Load::done) ask_columns(*row);
+}
+
+void NavigatorModel::ask_columns(Node& recording) {
+  recording.load = Node::Load::asked;
+  const Handle record = recording.record;
+  by_record_[key_of(record)].insert(&recording);
+  ++asked_;
+  desk_.ask("recording.columns", {{"id", record}}, *this,
+            [this, &recording, record](const Result<Value>& r) {
+              --asked_;
+              const auto known = by_record_.find(key_of(record));
+              if (known == by_record_.end() || !known->second.contains(&recording)) return;
+              recording.load = Node::Load::done;
+              if (!r.ok()) return;
+              std::vector<NodePtr> wanted;
+              for (const Value& v : list_of(*r)) {
+                const Map& row = map_of(v);
+                auto node = std::make_unique<Node>();
+                node->type = RowType::part;
+                node->kind = kColumnKind;
+                node->icon = "plot";
+                node->record = record;
+                node->path = text_at(row, "name");
+                node->key = node->path;
+                node->name = shown(node->path);
+                node->detail = shown(text_at(row, "unit"));
+                node->is_named = false;
+                node->load = Node::Load::done;
+                wanted.push_back(std::move(node));
+              }
+              merge(recording, std::move(wanted));
+              loaded();
+            });
 }
 
 void NavigatorModel::take_runs(const List& rows) {
@@ -647,7 +737,7 @@ NavigatorModel::NodePtr NavigatorModel::other_row(const Handle& id, const char* 
   node->kind = node->icon = kind;
   node->name = shown(text_at(row, "title"));
   node->detail = detail;
-  node->load = Node::Load::done;
+  node->load = id.kind == "recording" ? Node::Load::wanted : Node::Load::done;
   return node;
 }
 
@@ -681,18 +771,20 @@ void NavigatorModel::ask_library(Node& shelf) {
   shelf.load = Node::Load::asked;
   ++asked_;
   // Shelves live as long as the model.
-  desk_.ask("library.list", {{"kind", shelf.kind}}, [this, &shelf](const Result<Value>& r) {
+  const Map args{{"kind", shelf.kind}, {"digests", shelf.kind != "material"}};
+  desk_.ask("library.describe", args, *this, [this, &shelf](const Result<Value>& r) {
     --asked_;
     shelf.load = Node::Load::done;
     if (!r.ok()) return;
+    if (thumbnails_) thumbnails_->know(shelf.kind, list_of(*r));
     std::vector<NodePtr> wanted;
     for (const Value& value : list_of(*r)) {
-      const std::string* name = value.as_string();
-      if (!name) continue;
+      const std::string name = text_at(map_of(value), "name");
+      if (name.empty()) continue;
       auto node = std::make_unique<Node>();
       node->type = RowType::library;
-      node->key = *name;
-      node->name = shown(*name);
+      node->key = name;
+      node->name = shown(name);
       node->kind = shelf.kind;
       node->icon = icon_of_kind(shelf.kind);
       node->load = Node::Load::done;
@@ -703,6 +795,27 @@ void NavigatorModel::ask_library(Node& shelf) {
     changed(shelf);
     loaded();
   });
+}
+
+void NavigatorModel::set_thumbnails(Thumbnails* thumbnails) {
+  thumbnails_ = thumbnails;
+  if (!thumbnails_) return;
+  thumbnails_->drawn.add(this, [this](const std::string& kind, const std::string& name) {
+    each_node([&](Node& n) {
+      if (n.type == RowType::library && n.kind == kind && n.key == name) changed(n);
+    });
+  });
+}
+
+QString NavigatorModel::library_tip(const Node& node) const {
+  const QString about = thumbnails_->description(node.kind, node.key);
+  const QString file = thumbnails_->file(node.kind, node.key);
+  const QString text = "<b>" + node.name.toHtmlEscaped() + "</b><br>" + about.toHtmlEscaped();
+  if (file.isEmpty()) return "<qt>" + text + "</qt>";
+  return QString("<qt><img src=\"%1\" width=\"%2\"><br>%3</qt>")
+      .arg(file.toHtmlEscaped())
+      .arg(theme().px(240))
+      .arg(text);
 }
 
 // --- events ----------------------------------------------------------------------------------
@@ -735,17 +848,6 @@ void NavigatorModel::take(const ioci::Event& event) {
     }
     case Topic::recording:
     case Topic::run: others_wanted_ = !event.run || !event.run->is_pulse || others_wanted_; break;
-    case Topic::unsaved: {
-      if (!event.notice) return;
-      for (const Value& v : list_at(event.notice->facts, "unsaved"))
-        if (const Handle* h = v.as_handle()) unsaved_.insert(key_of(*h));
-      for (const Value& v : list_at(event.notice->facts, "saved"))
-        if (const Handle* h = v.as_handle()) unsaved_.erase(key_of(*h));
-      each_node([this](Node& n) {
-        if (n.type == RowType::record) changed(n);
-      });
-      break;
-    }
     default: break;
   }
   if ((records_wanted_ || others_wanted_) && !record_timer_.isActive()) record_timer_.start(30);

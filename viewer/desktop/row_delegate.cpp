@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewer/desktop/row_delegate.h"
 
+#include <cmath>
+
 #include <QLineEdit>
 #include <QPainter>
 
@@ -19,6 +21,12 @@ QRect text_place(const QRect& row) {
 
 }  // namespace
 
+QRect RowDelegate::eye_place(const QRect& row) {
+  const Theme& t = theme();
+  const int side = t.icon + t.gap;
+  return {row.right() - side, row.top(), side, row.height()};
+}
+
 void RowDelegate::paint(QPainter* painter, const QStyleOptionViewItem& option,
                         const QModelIndex& index) const {
   const Theme& t = theme();
@@ -31,12 +39,21 @@ void RowDelegate::paint(QPainter* painter, const QStyleOptionViewItem& option,
   const QString fault = index.data(NavigatorModel::kFault).toString();
   const bool is_quiet = index.data(NavigatorModel::kIsQuiet).toBool();
   const double ratio = painter->device()->devicePixelRatioF();
-  const QColor ink = !fault.isEmpty() ? t.fault : is_quiet ? t.text_dim : t.text;
+  const auto eye = static_cast<NavigatorModel::Eye>(index.data(NavigatorModel::kEye).toInt());
+  const bool is_dim = is_quiet || eye == NavigatorModel::Eye::hidden;
+  const QColor ink = !fault.isEmpty() ? t.fault : is_dim ? t.text_dim : t.text;
   const QRect row = option.rect;
   const int middle = row.top() + (row.height() - t.icon) / 2;
-  const std::string name = utf8(index.data(NavigatorModel::kIcon).toString());
-  painter->drawPixmap(row.left(), middle,
-                      icon_pixmap(name, !fault.isEmpty() ? t.fault : t.text_dim, t.icon, ratio));
+  const auto picture = index.data(NavigatorModel::kPicture).value<QPixmap>();
+  if (picture.isNull()) {
+    const std::string name = utf8(index.data(NavigatorModel::kIcon).toString());
+    painter->drawPixmap(row.left(), middle,
+                        icon_pixmap(name, !fault.isEmpty() ? t.fault : t.text_dim, t.icon, ratio));
+  } else {
+    const QSizeF size = picture.deviceIndependentSize();
+    painter->drawPixmap(
+        QPointF(row.left(), row.top() + std::floor((row.height() - size.height()) / 2)), picture);
+  }
 
   int right = row.right() - t.gap;
   const auto mark = [&](const char* what, const QColor& colour) {
@@ -44,7 +61,10 @@ void RowDelegate::paint(QPainter* painter, const QStyleOptionViewItem& option,
     painter->drawPixmap(right, middle, icon_pixmap(what, colour, t.icon, ratio));
     right -= t.gap / 2;
   };
+  if (eye == NavigatorModel::Eye::hidden) mark("hidden", t.text_dim);
+  if (eye == NavigatorModel::Eye::shown) mark("eye", t.text_quiet);
   if (!fault.isEmpty() || index.data(NavigatorModel::kFaultBelow).toBool()) mark("fault", t.fault);
+  if (index.data(NavigatorModel::kIsHeavy).toBool()) mark("warning", t.warn);
   if (index.data(NavigatorModel::kIsUnsaved).toBool()) {
     painter->setRenderHint(QPainter::Antialiasing);
     painter->setPen(Qt::NoPen);
@@ -54,6 +74,9 @@ void RowDelegate::paint(QPainter* painter, const QStyleOptionViewItem& option,
     right -= static_cast<int>(2 * r) + t.gap / 2;
   }
   QRect place = text_place(row);
+  if (!picture.isNull())
+    place.setLeft(row.left() +
+                  static_cast<int>(std::ceil(picture.deviceIndependentSize().width())) + t.gap);
   const QString detail = index.data(NavigatorModel::kDetail).toString();
   const QString text = index.data(Qt::DisplayRole).toString();
   const QFontMetrics metrics(t.ui);

@@ -7,22 +7,27 @@
 #include <utility>
 
 #include <QAction>
-#include <QCoreApplication>
-#include <QDir>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDateTime>
 #include <QEvent>
 #include <QFileInfo>
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QKeyEvent>
 #include <QLabel>
+#include <QLocale>
 #include <QPainter>
 #include <QPixmap>
 #include <QScrollArea>
-#include <QStandardPaths>
 #include <QVBoxLayout>
 
 #include "viewer/desktop/actions.h"
+#include "viewer/desktop/manual.h"
 #include "viewer/desktop/settings.h"
+#include "viewer/desktop/start_side.h"
+#include "viewer/desktop/status_line.h"
+#include "viewer/desktop/thumbnails.h"
 #include "viewer/desktop/values.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
@@ -31,7 +36,19 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr double kPictureShape = 0.75;  ///< height by width
-constexpr int kPictureWidth = 480;      ///< of files [px]
+constexpr double kFootHeight = 50;      ///< of a card, below its picture [px of the design]
+constexpr double kTwoButtons = 250;     ///< width for two beside each other [px of the design]
+constexpr const char* kStartKind = "start/kind";
+
+/// Records that the page shows.
+struct KindShown {
+  const char *kind, *name, *heading, *hint;
+};
+constexpr KindShown kKindsShown[] = {
+    {"world", "Worlds", "Worlds that move", "one click opens one and runs it"},
+    {"robot", "Robots", "Robots of the library", "one click opens one"},
+    {"object", "Objects", "Objects of the library", "one click opens one"},
+    {"solid", "Solids", "Solids of the library", "one click opens one"}};
 
 QString title_of_world(const QString& name) {
   QString title = name;
@@ -49,19 +66,49 @@ QLabel* heading_label(const QString& text, const char* name, const QFont& font) 
   return label;
 }
 
+std::string icon_of_file(const QFileInfo& file) {
+  static constexpr std::pair<const char*, const char*> kIcons[] = {
+      {"wld", "world"},      {"rbt", "robot"},  {"part", "object"}, {"csg", "solid"},
+      {"mtr", "material"},   {"tsk", "task"},   {"prg", "program"}, {"irl", "program"},
+      {"tjc", "trajectory"}, {"lua", "console"}};
+  for (const auto& [ending, name] : kIcons)
+    if (file.suffix() == QLatin1String(ending)) return name;
+  return "folder";
+}
+
+/// "today 09:41", "yesterday", "18 Nov", "2025-11-18".
+QString date_text(const QDateTime& then, const QDateTime& now) {
+  const qint64 days = then.date().daysTo(now.date());
+  if (days == 0) return "today " + then.toString("HH:mm");
+  if (days == 1) return "yesterday";
+  static const QLocale english(QLocale::English);
+  return days > 0 && days < 300 ? english.toString(then.date(), "d MMM")
+                                : then.toString("yyyy-MM-dd");
+}
+
 }  // namespace
 
-WorldCard::WorldCard(const QString& name, int number, QWidget* parent)
-    : QPushButton(parent), name_(name), number_(number) {
-  setObjectName("card_" + name);
-  setAccessibleName("Open the world " + name);
-  setToolTip("Open and run" + (number <= 9 ? QString(" (%1)").arg(number) : QString()) +
-             "\nworld.get(\"" + name + "\")");
+WorldCard::WorldCard(std::string kind, const QString& name, const QString& description, int number,
+                     QWidget* parent)
+    : QPushButton(parent),
+      kind_(std::move(kind)),
+      name_(name),
+      description_(description),
+      number_(number) {
+  const QString of = shown(kind_);
+  setObjectName((kind_ == "world" ? QString("card_") : "card_" + of + "_") + name);
+  setAccessibleName("Open the " + of + " " + name);
+  setAccessibleDescription(description);
+  setToolTip(description + (description.isEmpty() ? "" : "\n") + act_text() +
+             (number <= 9 ? QString(" (%1)").arg(number) : QString()) + "\n" + of + ".get(\"" +
+             name + "\")");
   setCursor(Qt::PointingHandCursor);
   QSizePolicy policy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   policy.setHeightForWidth(true);
   setSizePolicy(policy);
 }
+
+QString WorldCard::act_text() const { return kind_ == "world" ? "Open and run" : "Open"; }
 
 void WorldCard::set_picture(const QString& file) {
   picture_ = QPixmap(file);
@@ -69,10 +116,14 @@ void WorldCard::set_picture(const QString& file) {
 }
 
 int WorldCard::heightForWidth(int width) const {
-  return static_cast<int>(width * kPictureShape) + theme().px(34);
+  return static_cast<int>(width * kPictureShape) + theme().px(kFootHeight);
 }
 
 QSize WorldCard::sizeHint() const { return {theme().px(240), heightForWidth(theme().px(240))}; }
+
+QSize WorldCard::minimumSizeHint() const {
+  return {theme().px(150), heightForWidth(theme().px(150))};
+}
 
 void WorldCard::paintEvent(QPaintEvent*) {
   const Theme& t = theme();
@@ -83,38 +134,61 @@ void WorldCard::paintEvent(QPaintEvent*) {
   p.setBrush(underMouse() ? t.header : t.panel);
   p.setPen(QPen(hasFocus() ? t.accent : underMouse() ? t.field_line : t.line, hasFocus() ? 2 : 1));
   p.drawRoundedRect(frame, t.radius, t.radius);
-  const int foot = t.px(34);
+  const int foot = t.px(kFootHeight), title_height = t.px(28);
   const QRect place(2, 2, width() - 4, height() - foot - 2);
   if (picture_.isNull()) {
     p.fillRect(place, t.field);
     const int size = t.px(32);
     p.drawPixmap(place.center() - QPoint(size / 2, size / 2),
-                 icon_pixmap("world", t.text_quiet, size, devicePixelRatioF()));
+                 icon_pixmap(icon_of_kind(kind_), t.text_quiet, size, devicePixelRatioF()));
   } else {
     const QSize fitted = picture_.size().scaled(place.size(), Qt::KeepAspectRatioByExpanding);
     QRect source(QPoint(), picture_.size());
     const double share = static_cast<double>(place.width()) / fitted.width();
     source.setWidth(static_cast<int>(picture_.width() * std::min(1.0, share)));
     source.moveLeft((picture_.width() - source.width()) / 2);
+    p.fillRect(place, t.field);
     p.drawPixmap(place, picture_, source);
   }
   QFont bold = t.menu;
   bold.setWeight(QFont::DemiBold);
   p.setFont(bold);
   p.setPen(t.text);
+  const QRect head(t.gap, height() - foot, width() - 2 * t.gap, title_height);
   p.drawText(
-      QRect(t.gap, height() - foot, width() - 2 * t.gap, foot), Qt::AlignVCenter | Qt::AlignLeft,
+      head, Qt::AlignVCenter | Qt::AlignLeft,
       QFontMetrics(bold).elidedText(title_of_world(name_), Qt::ElideRight, width() - t.px(40)));
-  if (number_ <= 9) {
+  p.setFont(t.ui);
+  p.setPen(t.text_dim);
+  p.drawText(QRect(t.gap, head.bottom(), head.width(), foot - title_height - t.px(4)),
+             Qt::AlignTop | Qt::AlignLeft,
+             QFontMetrics(t.ui).elidedText(description_, Qt::ElideRight, head.width()));
+  const QString act = act_text();
+  const int title = QFontMetrics(bold).horizontalAdvance(title_of_world(name_));
+  if ((hasFocus() || underMouse()) &&
+      title + QFontMetrics(t.ui).horizontalAdvance(act) + 3 * t.gap + t.icon < width()) {
+    p.setFont(t.ui);
+    p.setPen(t.accent);
+    p.drawText(head, Qt::AlignVCenter | Qt::AlignRight, act);
+    const int x = width() - t.gap - QFontMetrics(t.ui).horizontalAdvance(act) - t.icon - t.px(2);
+    p.drawPixmap(
+        x, head.top() + (title_height - t.icon) / 2,
+        icon_pixmap(kind_ == "world" ? "play" : "external", t.accent, t.icon, devicePixelRatioF()));
+  } else if (number_ <= 9) {
     p.setFont(t.small);
     p.setPen(t.text_quiet);
-    p.drawText(QRect(0, height() - foot, width() - t.gap, foot), Qt::AlignVCenter | Qt::AlignRight,
-               QString::number(number_));
+    p.drawText(head, Qt::AlignVCenter | Qt::AlignRight, QString::number(number_));
   }
+  // Over the picture, so that the ring is whole.
+  if (!hasFocus()) return;
+  p.setBrush(Qt::NoBrush);
+  p.setPen(QPen(t.accent, t.focus_ring));
+  p.drawRoundedRect(frame, t.radius, t.radius);
 }
 
-StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, QWidget* parent)
-    : QWidget(parent), desk_(desk), settings_(settings) {
+StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, Thumbnails& thumbnails,
+                     QWidget* parent)
+    : QWidget(parent), desk_(desk), settings_(settings), thumbnails_(thumbnails) {
   setObjectName("start");
   setAccessibleName("Start");
   setProperty("ground", "window");
@@ -137,7 +211,6 @@ StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, QWi
   column->addSpacing(12);
   auto* buttons = new QGridLayout;
   buttons->setSpacing(8);
-  int place = 0;
   for (const char* name :
        {"new_world", "new_robot", "new_solid", "new_program", "open", "run_script"}) {
     QAction* action = actions.find(name);
@@ -148,16 +221,30 @@ StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, QWi
     button->setToolTip(action->toolTip());
     button->setProperty("filled", QString(name) == "open");
     connect(button, &QPushButton::clicked, action, &QAction::trigger);
-    buttons->addWidget(button, place / 2, place % 2);
-    ++place;
+    acts_.push_back(button);
   }
+  buttons_ = buttons;
   column->addLayout(buttons);
   column->addSpacing(16);
-  column->addWidget(heading_label("Recent", "start_recent_heading", t.menu));
+  auto* recent_head = new QHBoxLayout;
+  recent_head->addWidget(heading_label("Recent", "start_recent_heading", t.menu));
+  recent_head->addStretch(1);
+  auto* clear = new QPushButton("Clear");
+  clear->setObjectName("start_recent_clear");
+  clear->setAccessibleName("Clear the recent files");
+  clear->setToolTip("Forget the files of this list; the files stay");
+  clear->setProperty("link", true);
+  connect(clear, &QPushButton::clicked, this, [this] {
+    settings_.forget_recent_files();
+    show_recent();
+  });
+  recent_head->addWidget(clear);
+  column->addLayout(recent_head);
   recent_ = new QVBoxLayout;
   recent_->setSpacing(0);
   column->addLayout(recent_);
   column->addStretch(1);
+  left_column_ = column;
 
   recovery_ = new QWidget;
   recovery_->setObjectName("start_recovery");
@@ -203,68 +290,124 @@ StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, QWi
   worlds->setSpacing(16);
   auto* head = new QHBoxLayout;
   head->addWidget(heading_label("Worlds that move", "start_worlds_heading", t.heading));
-  auto* hint = heading_label("one click opens one and runs it", "start_worlds_hint", t.ui);
-  hint->setProperty("dim", true);
-  head->addWidget(hint);
-  head->addStretch(1);
+  auto* hint = new ShortLabel("one click opens one and runs it");
+  hint->setObjectName("start_worlds_hint");
+  hint->setAccessibleName(hint->text());
+  hint->setToolTip(hint->text());
+  hint->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+  head->addWidget(hint, 1);
+  kinds_ = new QComboBox;
+  kinds_->setObjectName("start_kind");
+  kinds_->setAccessibleName("Kind of the records shown");
+  kinds_->setToolTip("Worlds, robots, objects or solids of the library\nlibrary.describe(kind)");
+  for (const KindShown& each : kKindsShown) kinds_->addItem(each.name, QString(each.kind));
+  const QString kept = settings_.value(kStartKind);
+  if (const int at = kinds_->findData(kept); at > 0) {
+    kinds_->setCurrentIndex(at);
+    kind_ = utf8(kept);
+  }
+  connect(kinds_, &QComboBox::currentIndexChanged, this,
+          [this] { show_kind(utf8(kinds_->currentData().toString())); });
+  head->addWidget(kinds_);
+  auto* library = new QPushButton("The whole library");
+  library->setObjectName("start_library");
+  library->setAccessibleName("The whole library");
+  library->setToolTip(
+      "Robots, objects, solids and materials, in the navigator\n"
+      "library.list(kind)");
+  library->setProperty("link", true);
+  connect(library, &QPushButton::clicked, this, [this] {
+    if (on_library) on_library();
+  });
+  head->addWidget(library);
   worlds->addLayout(head);
   grid_ = new QGridLayout;
   grid_->setSpacing(12);
   worlds->addLayout(grid_);
+  auto* foot = new QHBoxLayout;
+  auto* keys = heading_label("1 to 9 open a world, Ctrl+Shift+P finds any command, F1 helps",
+                             "start_keys", t.ui);
+  keys->setProperty("dim", true);
+  keys->setWordWrap(true);
+  auto* at_start = new QCheckBox("Show this page at the start");
+  at_start->setObjectName("start_at_start");
+  at_start->setAccessibleName("Show this page at the start");
+  at_start->setToolTip("File > Start page shows it at any time");
+  at_start->setChecked(settings_.value(kStartHidden) != "true");
+  connect(at_start, &QCheckBox::toggled, this,
+          [this](bool on) { settings_.set_value(kStartHidden, on ? "" : "true"); });
+  foot->addWidget(keys, 1);
+  foot->addWidget(at_start);
+  worlds->addLayout(foot);
   worlds->addStretch(1);
   auto* area = new QScrollArea;
+  area_ = area;
   area->setObjectName("start_area");
   area->setAccessibleName("Worlds");
   area->setToolTip(QString());
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
+  area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   area->setWidget(middle_);
   auto* across = new QHBoxLayout(this);
   across->setContentsMargins(0, 0, 0, 0);
   across->setSpacing(0);
-  across->addWidget(left_);
+  left_area_ = new QScrollArea;
+  left_area_->setObjectName("start_left_area");
+  left_area_->setAccessibleName("New, open, recent");
+  left_area_->setToolTip(QString());
+  left_area_->setWidgetResizable(true);
+  left_area_->setFrameShape(QFrame::NoFrame);
+  left_area_->setFocusPolicy(Qt::NoFocus);
+  left_area_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  left_area_->setWidget(left_);
+  across->addWidget(left_area_);
   across->addWidget(area, 1);
+  const ioci::Application& app = desk_.application();
+  side_ = new StartSide(settings_, Manual(app.share / "docs"), app.commands.list().size());
+  side_->on_story = [this](const Story& story, bool anew) {
+    if (on_story) on_story(story, anew);
+  };
+  side_->on_page = [this](const QString& page) {
+    if (on_page) on_page(page);
+  };
+  across->addWidget(side_);
+  across_ = across;
 
-  connect(&drawer_, &QProcess::finished, this, [this] {
+  thumbnails_.drawn.add(this, [this](const std::string& kind, const std::string& name) {
     for (WorldCard* each : cards_)
-      if (each->name() == drawn_world_) each->set_picture(picture_file(drawn_world_));
-    draw_next_picture();
+      if (each->kind() == kind && utf8(each->name()) == name)
+        if (const QString file = thumbnails_.file(kind, name); !file.isEmpty())
+          each->set_picture(file);
   });
-  desk_.ask("library.list", {{"kind", "world"}}, [this](const Result<Value>& r) {
-    if (r.ok()) take_worlds(list_of(*r));
-  });
-  desk_.ask("recovery.list", {}, [this](const Result<Value>& r) {
+  ask_kind();
+  desk_.ask("recovery.list", {}, *this, [this](const Result<Value>& r) {
     if (r.ok()) take_journals(list_of(*r));
   });
   show_recent();
   apply_theme();
 }
 
-StartPage::~StartPage() {
-  drawer_.disconnect();
-  drawer_.kill();
-  drawer_.waitForFinished(1000);
-}
+StartPage::~StartPage() = default;
 
 void StartPage::apply_theme() {
   const Theme& t = theme();
-  left_->setFixedWidth(t.px(320));
+  setMinimumWidth(std::min(t.px(320), 360));  // the columns adapt
+  if (!is_narrow_) side_->setFixedWidth(t.px(400));
   for (const auto& [name, font] :
        {std::pair{"start_title", t.title}, std::pair{"start_subtitle", t.ui},
         std::pair{"start_recent_heading", t.menu}, std::pair{"start_worlds_heading", t.heading},
-        std::pair{"start_worlds_hint", t.ui}})
+        std::pair{"start_worlds_hint", t.ui}, std::pair{"start_keys", t.ui}})
     if (auto* label = findChild<QLabel*>(name)) label->setFont(font);
+  for (QLabel* date : findChildren<QLabel*>("recent_date")) date->setFont(t.ui);
   for (QPushButton* button : findChildren<QPushButton*>())
     button->setIconSize(QSize(t.icon, t.icon));
+  for (QPushButton* act : acts_)
+    if (act->property("filled").toBool())
+      act->setIcon(icon_pixmap("folder", t.on_accent, t.icon, devicePixelRatioF()));
   columns_ = 0;
   arrange_cards();
-  to_draw_.clear();
-  for (WorldCard* card : cards_) {
-    const QString file = picture_file(card->name());
-    if (QFileInfo::exists(file)) card->set_picture(file);
-    else to_draw_.push_back(card->name());
-  }
-  draw_next_picture();
+  show_pictures();
 }
 
 void StartPage::changeEvent(QEvent* event) {
@@ -272,55 +415,109 @@ void StartPage::changeEvent(QEvent* event) {
   QWidget::changeEvent(event);
 }
 
-QString StartPage::picture_file(const QString& world) const {
-  return QStandardPaths::writableLocation(QStandardPaths::GenericCacheLocation) +
-         "/robomosp/pictures/" + world + ".png";
+void StartPage::show_pictures() {
+  for (WorldCard* card : cards_)
+    if (const QString file = thumbnails_.file(card->kind(), utf8(card->name())); !file.isEmpty())
+      card->set_picture(file);
 }
 
-void StartPage::take_worlds(const List& names) {
+void StartPage::show_kind(const std::string& kind) {
+  if (kind == kind_) return;
+  kind_ = kind;
+  settings_.set_value(kStartKind, kind == "world" ? QString() : shown(kind));
+  kinds_->setCurrentIndex(kinds_->findData(shown(kind)));
+  ask_kind();
+}
+
+void StartPage::ask_kind() {
+  for (const KindShown& each : kKindsShown)
+    if (kind_ == each.kind) {
+      for (const auto& [name, text] : {std::pair{"start_worlds_heading", each.heading},
+                                       std::pair{"start_worlds_hint", each.hint}})
+        if (auto* label = findChild<QLabel*>(name)) {
+          label->setText(text);
+          label->setAccessibleName(text);
+          label->setToolTip(text);
+        }
+    }
+  desk_.ask("library.describe", {{"kind", kind_}, {"digests", true}}, *this,
+            [this, kind = kind_](const Result<Value>& r) {
+              if (kind_ != kind) return;  // another kind was chosen
+              if (!r.ok()) {
+                take_records({});
+                return desk_.failed(r.error());
+              }
+              thumbnails_.know(kind, list_of(*r));
+              take_records(list_of(*r));
+            });
+}
+
+void StartPage::take_records(const List& rows) {
+  for (WorldCard* card : cards_) {
+    grid_->removeWidget(card);
+    card->hide();
+    card->deleteLater();
+  }
+  cards_.clear();
+
   // Those that show most come first.
   static constexpr std::string_view kFirst[] = {
       "pa10_circle", "puma560", "pick_and_place", "welding", "palletising", "dual_arm",
       "panda",       "kr5",     "ur10e",          "cobra600"};
   const auto rank = [](const Value& v) {
-    const std::string* name = v.as_string();
-    return name ? std::find(std::begin(kFirst), std::end(kFirst), *name) - std::begin(kFirst) : 99;
+    return std::find(std::begin(kFirst), std::end(kFirst), text_at(map_of(v), "name")) -
+           std::begin(kFirst);
   };
-  List sorted = names;
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](const Value& a, const Value& b) { return rank(a) < rank(b); });
+  List sorted = rows;
+  if (kind_ == "world")
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [&](const Value& a, const Value& b) { return rank(a) < rank(b); });
   for (const Value& value : sorted) {
-    const std::string* name = value.as_string();
-    if (!name) continue;
-    auto* card = new WorldCard(shown(*name), static_cast<int>(cards_.size()) + 1);
+    const Map& row = map_of(value);
+    auto* card =
+        new WorldCard(kind_, shown(text_at(row, "name")), shown(text_at(row, "description")),
+                      static_cast<int>(cards_.size()) + 1);
     connect(card, &QPushButton::clicked, this, [this, card] {
-      if (on_world) on_world(card->name());
+      if (card->kind() != "world") {
+        if (on_shipped) on_shipped(card->kind(), utf8(card->name()));
+      } else if (on_world) {
+        on_world(card->name());
+      }
     });
+    card->installEventFilter(this);
     cards_.push_back(card);
   }
+  if (window()->focusWidget() == this) take_focus(Qt::OtherFocusReason);
   columns_ = 0;
   arrange_cards();
-  apply_theme();
+  show_pictures();
 }
 
-/// Another process draws, one picture at a time and below all else: a world is loaded and made
-/// there, so that neither this document nor this memory keeps it.
-void StartPage::draw_next_picture() {
-  if (drawer_.state() != QProcess::NotRunning || to_draw_.empty()) return;
-  if (qEnvironmentVariableIsSet("ROBOMOSP_NO_THUMBNAILS")) return;
-  drawn_world_ = to_draw_.front();
-  to_draw_.erase(to_draw_.begin());
-  const QString file = picture_file(drawn_world_);
-  if (!QDir().mkpath(QFileInfo(file).absolutePath())) return;
-  const QString size = QString("%1x%2").arg(kPictureWidth).arg(int(kPictureWidth * kPictureShape));
-  drawer_.setProcessChannelMode(QProcess::MergedChannels);
-  drawer_.start("nice", {"-n", "19", QCoreApplication::applicationFilePath(), drawn_world_,
-                         "--still", "--fast", "--size", size, "--render", file});
+void StartPage::place_side() {
+  const bool is_narrow = width() <= left_area_->maximumWidth() + theme().px(400 + 320);
+  if (is_narrow == is_narrow_) return;
+  is_narrow_ = is_narrow;
+  side_->set_within(is_narrow);
+  if (is_narrow) {
+    side_->setMinimumWidth(0);
+    side_->setMaximumWidth(QWIDGETSIZE_MAX);
+    left_column_->insertWidget(left_column_->count() - 1, side_, 100);
+  } else {
+    side_->setFixedWidth(theme().px(400));
+    across_->addWidget(side_);
+  }
 }
 
 void StartPage::arrange_cards() {
-  const int space = std::max(200, this->width() - left_->width() - theme().px(14));
-  const int columns = std::clamp(space / theme().px(250), 1, 6);
+  left_area_->setFixedWidth(std::min(theme().px(320), std::max(theme().px(170), width() * 2 / 5)));
+  const int across = left_area_->maximumWidth() < theme().px(kTwoButtons) ? 1 : 2;
+  for (std::size_t i = 0; i < acts_.size(); ++i)
+    buttons_->addWidget(acts_[i], static_cast<int>(i) / across, static_cast<int>(i) % across);
+  place_side();
+  const int side = is_narrow_ ? 0 : side_->width();
+  const int space =
+      std::max(200, this->width() - left_area_->maximumWidth() - side - theme().px(14));
+  const int columns = std::clamp(space / theme().px(215), 1, 6);
   const int width = (space - 48 - 12 * (columns - 1)) / columns;
   for (WorldCard* card : cards_) card->setFixedHeight(card->heightForWidth(width));
   if (columns == columns_) return;
@@ -346,15 +543,53 @@ void StartPage::keyPressEvent(QKeyEvent* event) {
   QWidget::keyPressEvent(event);
 }
 
+/// The page itself has nothing to show a focus on: its first world has.
+void StartPage::focusInEvent(QFocusEvent* event) {
+  QWidget::focusInEvent(event);
+  take_focus(event->reason());
+}
+
+void StartPage::take_focus(Qt::FocusReason reason) {
+  QWidget* const wanted = cards_.empty() ? static_cast<QWidget*>(this) : cards_.front();
+  if (window()->focusWidget() != wanted) wanted->setFocus(reason);
+}
+
+/// Arrows go from card to card, as they lie.
+bool StartPage::eventFilter(QObject* object, QEvent* event) {
+  const auto at = std::find(cards_.begin(), cards_.end(), object);
+  if (at == cards_.end() || event->type() != QEvent::KeyPress)
+    return QWidget::eventFilter(object, event);
+  const auto index = static_cast<int>(at - cards_.begin());
+  int to = index;
+  switch (static_cast<QKeyEvent*>(event)->key()) {
+    case Qt::Key_Left: to = index - 1; break;
+    case Qt::Key_Right: to = index + 1; break;
+    case Qt::Key_Up: to = index - columns_; break;
+    case Qt::Key_Down: to = index + columns_; break;
+    case Qt::Key_Home: to = 0; break;
+    case Qt::Key_End: to = static_cast<int>(cards_.size()) - 1; break;
+    case Qt::Key_Return:
+    case Qt::Key_Enter: cards_[static_cast<std::size_t>(index)]->click(); return true;
+    default: return false;
+  }
+  if (to < 0 || to >= static_cast<int>(cards_.size())) return true;
+  WorldCard* next = cards_[static_cast<std::size_t>(to)];
+  next->setFocus(Qt::TabFocusReason);
+  area_->ensureWidgetVisible(next);
+  return true;
+}
+
 void StartPage::show_recent() {
   while (QLayoutItem* item = recent_->takeAt(0)) {
     delete item->widget();
     delete item;
   }
   int number = 0;
+  const QDateTime now = QDateTime::currentDateTime();
   for (const QString& file : settings_.recent_files()) {
     const QFileInfo about(file);
-    auto* button = new QPushButton(about.fileName());
+    auto* button = new QPushButton(icon(icon_of_file(about)), about.fileName());
+    button->setIconSize(QSize(theme().icon, theme().icon));
     button->setObjectName(QString("recent_%1").arg(++number));
     button->setAccessibleName("Open " + about.fileName());
     button->setToolTip(file + "\nfile.load(\"" + file + "\")");
@@ -363,8 +598,21 @@ void StartPage::show_recent() {
     connect(button, &QPushButton::clicked, this, [this, file] {
       if (on_file) on_file(file);
     });
-    recent_->addWidget(button, 0, Qt::AlignLeft);
+    auto* row = new QWidget;
+    row->setObjectName(QString("recent_row_%1").arg(number));
+    row->setAccessibleName(about.fileName());
+    auto* across = new QHBoxLayout(row);
+    across->setContentsMargins(0, 0, 0, 0);
+    auto* date = heading_label(about.exists() ? date_text(about.lastModified(), now) : "is gone",
+                               "recent_date", theme().ui);
+    date->setToolTip(about.absolutePath());
+    date->setProperty("dim", true);
+    across->addWidget(button);
+    across->addStretch(1);
+    across->addWidget(date);
+    recent_->addWidget(row);
   }
+  if (auto* clear = findChild<QPushButton*>("start_recent_clear")) clear->setVisible(number > 0);
   if (number == 0) {
     auto* none = new QLabel("Files you open or save appear here.");
     none->setObjectName("recent_none");
@@ -375,9 +623,11 @@ void StartPage::show_recent() {
   }
 }
 
+void StartPage::show_ticks() { side_->show_ticks(); }
+
 void StartPage::take_journals(const List& rows) {
   if (rows.empty()) return;
-  const Map& newest = map_of(rows.front());
+  const Map& newest = map_of(rows.back());  // the oldest comes first
   journal_ = text_at(newest, "file");
   recovery_text_->setText(QString("<b>Work of %1 was not saved</b><br>%2 records were kept. Open "
                                   "them to look before you decide.")

@@ -10,7 +10,10 @@
 
 #include <QElapsedTimer>
 #include <QObject>
+#include <QPointer>
+#include <QSize>
 #include <QTimer>
+#include <QWidget>
 
 #include <robomosp/sdk/result.h>
 
@@ -21,23 +24,28 @@ class MainWindow;
 /// [GUI thread]
 class Tour : public QObject {
  public:
-  /// `done` gets the first failure.
-  Tour(MainWindow& window, std::string folder, std::function<void(const Result<void>&)> done);
+  /// `size` is that of the window; `done` gets the first failure.
+  Tour(MainWindow& window, std::string folder, QSize size,
+       std::function<void(const Result<void>&)> done);
 
  private:
   struct Step {
     std::string picture;  ///< name of its file without the ending; "" = none is taken
     std::function<void()> act;
+    QPointer<QWidget>* of = nullptr;  ///< pictured instead of the window
   };
   void add_round(bool is_dark, double zoom);
+  void add_widgets(const std::string& suffix);
   void add_act(std::function<void()> act) { steps_.push_back({"", std::move(act)}); }
   void next();
   void finish(const Result<void>& result);
 
   MainWindow& window_;
   std::string folder_;
+  QSize size_;
   std::function<void(const Result<void>&)> done_;
   std::vector<Step> steps_;
+  QPointer<QWidget> widgets_;  ///< the page of all widgets
   std::size_t at_ = 0;
   bool has_acted_ = false;
   int settled_ = 0;

@@ -6,8 +6,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <QString>
+
+#include <robomosp/sdk/types.h>
 
 #include "kernel/value.h"
 
@@ -57,16 +61,32 @@ namespace robomosp::viewer {
   const Map* map = v.as_map();
   return map ? *map : none;
 }
+[[nodiscard]] inline const Map& map_at(const Map& m, std::string_view key) {
+  static const Map none;
+  const Value* v = m.find(key);
+  return v ? map_of(*v) : none;
+}
+/// The numbers of an array or list; none of anything else.
+[[nodiscard]] inline std::vector<double> numbers_of(const Value& v) {
+  if (const NumericArray* a = v.as_array()) return {a->data().begin(), a->data().end()};
+  std::vector<double> out;
+  for (const Value& each : list_of(v)) out.push_back(each.number());
+  return out;
+}
+[[nodiscard]] inline std::vector<double> numbers_at(const Map& m, std::string_view key) {
+  const Value* v = m.find(key);
+  return v ? numbers_of(*v) : std::vector<double>();
+}
 /// Two numbers of an array or list.
 [[nodiscard]] inline std::optional<std::pair<double, double>> pair_at(const Map& m,
                                                                       std::string_view key) {
-  const Value* v = m.find(key);
-  if (!v) return std::nullopt;
-  if (const NumericArray* a = v->as_array(); a && a->size() == 2)
-    return std::pair((*a)[0], (*a)[1]);
-  if (const List* l = v->as_list(); l && l->size() == 2)
-    return std::pair((*l)[0].number(), (*l)[1].number());
-  return std::nullopt;
+  const std::vector<double> n = numbers_at(m, key);
+  return n.size() == 2 ? std::optional(std::pair(n[0], n[1])) : std::nullopt;
+}
+/// Three numbers of an array or list.
+[[nodiscard]] inline std::optional<Vec3> vec_at(const Map& m, std::string_view key) {
+  const std::vector<double> n = numbers_at(m, key);
+  return n.size() == 3 ? std::optional(Vec3{n[0], n[1], n[2]}) : std::nullopt;
 }
 
 }  // namespace robomosp::viewer

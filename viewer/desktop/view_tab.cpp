@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <tuple>
 #include <utility>
@@ -17,11 +18,19 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "kernel/text.h"
 #include "scene/extras.h"
 #include "scene/frame.h"
 #include "scene/origin.h"
 #include "viewer/desktop/actions.h"
+#include "viewer/desktop/dragging.h"
 #include "viewer/desktop/values.h"
+#include "viewer/desktop/view_info.h"
+#include "viewer/gizmo/hover.h"
+#include "viewer/gizmo/measuring.h"
+#include "viewer/gizmo/picking.h"
+#include "viewer/gizmo/tool_bar.h"
+#include "viewer/gizmo/view_tools.h"
 #include "viewer/scene/linear.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
@@ -30,24 +39,8 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr const char* kStyleWords[] = {"smooth", "flat", "wireframe", "hidden_line"};
+constexpr double kWordsInBar = 1030;  ///< width of a view [px of the design]
 constexpr const char* kAxisWords[] = {"x", "y", "z"};
-
-/// The list of a world that members of a kind are in; "" = of none.
-std::string_view list_of_member(scene::MemberKind kind) {
-  switch (kind) {
-    case scene::MemberKind::body: return "objects";
-    case scene::MemberKind::robot: return "robots";
-    case scene::MemberKind::trajectory: return "trajectories";
-    case scene::MemberKind::frame: return "frames";
-    case scene::MemberKind::light: return "lights";
-    case scene::MemberKind::material:
-    case scene::MemberKind::ghost:
-    case scene::MemberKind::clearance: break;
-  }
-  return {};
-}
-
-Handle handle_of(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
 
 /// The part behind the list of a path: "forearm" of "links.forearm".
 std::string_view after_list(std::string_view path) {
@@ -109,6 +102,7 @@ ViewTab::ViewTab(Desk& desk, const Actions& actions, std::unique_ptr<Display> di
   display_->setParent(this);
   column->addWidget(display_, 1);
   setFocusProxy(display_);
+  info_ = new ViewInfo(desk_, display_);
 
   ioci::LiveView::Options options;
   options.wake = [this] {
@@ -118,10 +112,27 @@ ViewTab::ViewTab(Desk& desk, const Actions& actions, std::unique_ptr<Display> di
   options.on_picture = [this](const ioci::LiveView::PicturePtr& p) { take(p); };
   live_ = desk_.base().open_beside(std::move(options));
 
+  hidden_ = std::make_unique<HiddenMembers>();
+  tools_ = std::make_unique<ViewTools>(
+      desk_, *display_, [this] { return recording_.has_value() || run_.has_value(); },
+      [this] { return player_.is_playing(); });
+  tools_->on_box = [this](QRectF box, bool is_touching, Qt::KeyboardModifiers keys) {
+    boxed(box, is_touching, keys);
+  };
+  tools_->find_hovered = [this](QPointF at) { return hovered_at(at); };
+  tools_->hover().items_of = [this](const Selection& what) { return items_of(what); };
+  tools_->on_refreshed = [this] { show_placed(); };
+  tools_->on_show_all = [this] { show_all(); };
+  tools_->measuring().motion = [this] {
+    if (recording_) return Map{{"recording", *recording_}, {"at", player_.time()}};
+    return run_ ? Map{{"run", *run_}} : Map();
+  };
+  player_.state_changed.add(this, [this] { tools_->refresh(); });
   display_->on_pick = [this](const std::optional<Pick>& hit) { picked(hit); };
   desk_.selection_changed.add(this, [this](const QObject*) { show_selection(); });
   player_.time_changed.add(this, [this](double time) {
     if (recording_) live_->show_recording(*recording_, time);
+    info_->set_time(time);
   });
   apply_theme();
 }
@@ -143,6 +154,7 @@ void ViewTab::make_bar(const Actions& actions) {
       button->setFocusPolicy(Qt::TabFocus);
     }
   };
+  add_tool_buttons(desk_, actions, *bar_);
   for (const char* name : {"style_smooth", "style_flat", "style_wireframe", "style_hidden_line"})
     add(name);
   bar_->addSeparator();
@@ -171,7 +183,7 @@ void ViewTab::make_bar(const Actions& actions) {
   }
   bar_->addSeparator();
   for (const char* name :
-       {"perspective", "view_isometric", "fit", "fly_to_selection", "save_picture"})
+       {"perspective", "four_views", "view_isometric", "fit", "fly_to_selection", "save_picture"})
     add(name);
 }
 
@@ -188,6 +200,32 @@ void ViewTab::apply_theme() {
   note_->setStyleSheet(
       QString("QLabel { background: %1; color: %2; }").arg(t.header.name(), t.warn.name()));
   display_->set_dark(t.is_dark);
+  place_info();
+  fit_bar();
+}
+
+/// Below the name of the first of four views.
+void ViewTab::place_info() {
+  info_->move(theme().px(8), theme().px(look_.has_four_views ? 30 : 8));
+}
+
+/// Two menus keep their icons only where the bar is narrow; what still does not fit is behind the
+/// button at its end.
+void ViewTab::fit_bar() {
+  const bool has_words = width() >= theme().px(kWordsInBar);
+  for (const char* name : {"bar_sections", "bar_overlays"})
+    if (auto* button = bar_->findChild<QToolButton*>(name))
+      button->setToolButtonStyle(has_words ? Qt::ToolButtonTextBesideIcon : Qt::ToolButtonIconOnly);
+  if (auto* more = bar_->findChild<QToolButton*>("qt_toolbar_ext_button")) {
+    more->setIcon(icon("more"));
+    more->setAccessibleName("More tools of the view");
+    more->setToolTip("More tools of the view");
+  }
+}
+
+void ViewTab::resizeEvent(QResizeEvent* event) {
+  QWidget::resizeEvent(event);
+  fit_bar();
 }
 
 void ViewTab::changeEvent(QEvent* event) {
@@ -198,8 +236,7 @@ void ViewTab::changeEvent(QEvent* event) {
 void ViewTab::show_record(const Handle& what, const QString& name) {
   what_ = what;
   name_ = name;
-  recording_.reset();
-  player_.set_range(0, 0);
+  move_by({}, {});
   is_first_ = true;
   is_fitted_ = false;
   is_there_ = true;
@@ -208,23 +245,31 @@ void ViewTab::show_record(const Handle& what, const QString& name) {
   changed();
 }
 
-void ViewTab::show_recording(const Handle& recording, double from, double to) {
+void ViewTab::move_by(const std::optional<Handle>& recording, const std::optional<Handle>& run,
+                      double from, double to) {
   recording_ = recording;
+  run_ = run;
+  tools_->set_run(run);
   player_.set_range(from, to);
+  if (recording) info_->show_recording(*recording);
+  else info_->clear();
+}
+
+void ViewTab::show_recording(const Handle& recording, double from, double to) {
+  move_by(recording, {}, from, to);
   live_->show_recording(recording, from);
+  info_->set_time(from);
   changed();
 }
 
 void ViewTab::show_run(const Handle& run) {
-  recording_.reset();
-  player_.set_range(0, 0);
+  move_by({}, run);
   live_->show_run(run);
   changed();
 }
 
 void ViewTab::rest() {
-  recording_.reset();
-  player_.set_range(0, 0);
+  move_by({}, {});
   live_->rest();
   changed();
 }
@@ -241,10 +286,22 @@ void ViewTab::set_look(const ViewLook& look) {
   }
   const bool is_other_projection = look.is_perspective != look_.is_perspective;
   const bool is_other_view = look.view != look_.view;
+  const bool is_other_count = look.has_four_views != look_.has_four_views;
+  const bool is_other_stereo = !(look.stereo == look_.stereo);
   look_ = look;
+  // Four views have no glasses.
+  if (is_other_count && look_.has_four_views) look_.stereo = {};
+  if (is_other_stereo && look_.stereo.mode != Stereo::none) look_.has_four_views = false;
+  if (is_other_count || is_other_stereo) {
+    display_->set_four_view(look_.has_four_views);
+    if (display_->stereo() != look_.stereo) display_->set_stereo(look_.stereo);
+    place_info();
+    show_placed();
+  }
   if (is_other_projection) display_->set_perspective(look_.is_perspective);
   if (is_other_view) display_->look(look_.view);
   display_->set_refining(look_.is_refined_at_rest);
+  tools_->show_lights(look_.has_lights);
   apply_look();
   changed();
 }
@@ -271,9 +328,20 @@ void ViewTab::apply_look() {
 void ViewTab::take(const ioci::LiveView::PicturePtr& picture) {
   picture_ = picture;
   static_cast<render::Scene&>(frame_) = picture->scene;
+  hidden_items_ = hidden_->apply(*picture->frame, frame_);
+  bool has_other_members = false;
+  if (!picture->only_moved) {
+    std::set<std::string> members;
+    picture->frame->for_each_member([&](const scene::MemberPtr& m) {
+      if (std::string path = member_path(*m); !path.empty()) members.insert(std::move(path));
+    });
+    has_other_members = members != members_;
+    members_ = std::move(members);
+  }
+  apply_fading();
+  tools_->set_hidden(hidden_->names());
   for (Item& item : frame_.items)
-    item.selected =
-        std::find(highlighted_.begin(), highlighted_.end(), item.id) != highlighted_.end();
+    item.selected = std::binary_search(highlighted_.begin(), highlighted_.end(), item.id);
   if (std::exchange(is_first_, false)) {
     frame_.camera.view = look_.view;
     frame_.camera.perspective = look_.is_perspective;
@@ -289,6 +357,7 @@ void ViewTab::take(const ioci::LiveView::PicturePtr& picture) {
     if (!picture->only_moved) show_selection();
   }
   is_fitted_ = is_fitted_ || picture->frame->is_exact;
+  tools_->set_picture(picture_, frame_);
   const scene::Frame& frame = *picture->frame;
   QStringList sentences;
   if (frame.failure) sentences += shown(frame.failure->sentence());
@@ -297,18 +366,18 @@ void ViewTab::take(const ioci::LiveView::PicturePtr& picture) {
   note_->setVisible(!sentences.isEmpty());
   const bool is_there = frame.is_there;
   const QString name = frame.is_there ? shown(scene::name_of(frame, frame.what)) : name_;
-  if (std::exchange(is_there_, is_there) != is_there || name != name_) {
+  if (std::exchange(is_there_, is_there) != is_there || name != name_ || has_other_members) {
     name_ = name;
     changed();
   }
 }
 
-std::vector<std::uint64_t> ViewTab::selected_items() const {
+std::vector<std::uint64_t> ViewTab::items_of(const Selection& what) const {
   std::vector<std::uint64_t> out;
   if (!picture_ || !picture_->frame) return out;
   const scene::Frame& frame = *picture_->frame;
-  const Handle whole = handle_of(frame.what);
-  for (const Selected& s : desk_.selection()) {
+  const Handle whole = record_handle(frame.what);
+  for (const Selected& s : what) {
     const std::string_view part = after_list(s.path);
     const std::string_view list =
         std::string_view(s.path).substr(0, s.path.size() - (part.empty() ? 0 : part.size() + 1));
@@ -316,7 +385,7 @@ std::vector<std::uint64_t> ViewTab::selected_items() const {
     frame.for_each_member([&](const scene::MemberPtr& member) {
       const bool is_member = member->is_placed && s.record == whole &&
                              list == list_of_member(member->kind) && part == member->name;
-      const bool is_record = handle_of(member->what) == s.record &&
+      const bool is_record = record_handle(member->what) == s.record &&
                              (!member->is_placed || member->kind == scene::MemberKind::body ||
                               member->kind == scene::MemberKind::robot);
       if (!is_member && !is_record) return;
@@ -334,18 +403,23 @@ std::vector<std::uint64_t> ViewTab::selected_items() const {
   return out;
 }
 
-QString ViewTab::selection_pose() const {
+std::optional<Pose> ViewTab::selected_pose() const {
   if (!picture_ || !picture_->frame || desk_.selection().size() != 1) return {};
   const scene::Frame& frame = *picture_->frame;
   const Selected& s = desk_.selection().front();
   const std::string_view part = after_list(s.path);
   std::optional<Pose> found;
-  if (s.record == handle_of(frame.what) && !part.empty())
+  if (s.record == record_handle(frame.what) && !part.empty())
     frame.for_each_member([&](const scene::MemberPtr& member) {
       if (member->is_placed && part == member->name && !member->bodies.empty() &&
           std::string_view(s.path).starts_with(list_of_member(member->kind)))
         found = member->world_T(0);
     });
+  return found;
+}
+
+QString ViewTab::selection_pose() const {
+  const std::optional<Pose> found = selected_pose();
   if (!found) return {};
   constexpr double kDegrees = 180 / std::numbers::pi;
   const auto& r = found->R;
@@ -363,43 +437,152 @@ QString ViewTab::selection_pose() const {
 }
 
 void ViewTab::show_selection() {
-  std::vector<std::uint64_t> items = selected_items();
+  std::vector<std::uint64_t> items = items_of(desk_.selection());
   if (items == highlighted_) return;
   highlighted_ = std::move(items);
   for (Item& item : frame_.items)
     item.selected = std::binary_search(highlighted_.begin(), highlighted_.end(), item.id);
   display_->select(highlighted_);
+  tools_->set_highlighted(highlighted_);
+}
+
+/// Not in four views, which are too small for it; the status bar has it, too.
+void ViewTab::show_placed() {
+  const auto placed = look_.has_four_views ? std::nullopt : tools_->placed();
+  info_->show_placed(
+      placed ? std::optional(ViewInfo::Placed{placed->name, placed->world_T_own, !placed->is_point})
+             : std::nullopt);
+}
+
+Hovered ViewTab::hovered_at(QPointF at) const {
+  if (!picture_ || !picture_->frame) return {};
+  const auto hit = display_->pick(at);
+  if (!hit) return {};
+  const scene::Frame& frame = *picture_->frame;
+  const auto element = scene::find_element(frame, hit->id);
+  if (!element) return {};
+  Hovered out;
+  out.what = clicked(frame, *element, desk_.selection());
+  if (out.what.empty()) return out;
+  out.name = shown(words_of(frame, *element, out.what.front()));
+  out.items = items_of(out.what);
+  return out;
 }
 
 void ViewTab::picked(const std::optional<Pick>& hit) {
   Selection selection;
   if (hit && picture_) {
     const scene::Frame& frame = *picture_->frame;
-    if (const auto element = scene::find_element(frame, hit->id)) {
-      const scene::Member& member = *element->member;
-      const std::string_view list = list_of_member(member.kind);
-      if (member.is_placed && !list.empty())
-        selection = {{handle_of(frame.what), std::string(list) + "." + member.name}};
-      else selection = {{handle_of(frame.what), ""}};
-      // A second click goes into what the first one selected.
-      const auto origin = scene::pick(frame, *element);
-      if (origin.ok() && (desk_.selection() == selection || !member.is_placed)) {
-        // The base is no link: its fields are those of the robot.
-        if (origin->link == "base") selection = {{handle_of(member.what), ""}};
-        else if (!origin->link.empty())
-          selection = {{handle_of(member.what), "links." + origin->link}};
-        else if (!origin->node.empty())
-          selection = {{handle_of(origin->record), "nodes." + origin->node}};
-        else if (!origin->part.empty())
-          selection = {{handle_of(member.what), "parts." + origin->part}};
-      }
-    }
+    if (const auto element = scene::find_element(frame, hit->id))
+      selection = clicked(frame, *element, desk_.selection());
   }
   // The display has selected the item by itself.
   highlighted_.clear();
   if (selection == desk_.selection()) show_selection();
   else desk_.select(std::move(selection), this);
   if (!hit) show_selection();
+}
+
+void ViewTab::boxed(QRectF box, bool is_touching, Qt::KeyboardModifiers keys) {
+  if (!picture_ || !picture_->frame) return;
+  const Selection found =
+      viewer::boxed(*picture_->frame, frame_, tools_->screen(), box, is_touching, hidden_items_);
+  const bool adds = keys.testFlag(Qt::ControlModifier),
+             removes = keys.testFlag(Qt::ShiftModifier) || keys.testFlag(Qt::AltModifier);
+  Selection selection = adds || removes ? desk_.selection() : Selection();
+  for (const Selected& s : found) {
+    std::erase(selection, s);
+    if (!removes) selection.push_back(s);
+  }
+  desk_.select(std::move(selection), this);
+}
+
+void ViewTab::hide_selection() {
+  if (!picture_ || !picture_->frame) return;
+  const std::size_t before = hidden_->count();
+  hidden_->hide(desk_.selection(), *picture_->frame);
+  if (hidden_->count() == before)
+    return desk_.failed(error(ErrorCode::unsupported, "no selected member is in this view",
+                              "Select members of the world first."));
+  hidden_changed("window.trigger{action = \"hide_selection\"}");
+}
+
+void ViewTab::isolate_selection() {
+  if (!picture_ || !picture_->frame) return;
+  hidden_->isolate(desk_.selection(), *picture_->frame);
+  hidden_changed("window.trigger{action = \"isolate_selection\"}");
+}
+
+void ViewTab::show_all() {
+  hidden_->show_all();
+  hidden_changed("window.trigger{action = \"show_all\"}");
+}
+
+void ViewTab::show_member(const std::string& path, bool on) {
+  if (!has_member(path) || hidden_->contains(path) != on) return;
+  hidden_->toggle(path);
+  hidden_changed(
+      "window.show_member{record = " + utf8(lua_of({what_.kind, utf8(name_), what_, ""})) +
+      ", member = " + text::quote(path) + ", shown = " + (on ? "true" : "false") + "}");
+}
+
+bool ViewTab::fade(const Selection& what, double opacity) {
+  bool is_any = false;
+  for (const Selected& each : what) {
+    if (items_of({each}).empty()) continue;
+    is_any = true;
+    if (opacity_of(each) == opacity) continue;
+    std::erase_if(faded_, [&](const Faded& f) { return f.what == each; });
+    if (opacity < 1) faded_.push_back({each, opacity});
+    has_new_fading_ = true;
+    const auto kind = kind_from(each.record.kind);
+    const std::string name =
+        kind ? scene::name_of(*picture_->frame, {*kind, each.record.number}) : std::string();
+    desk_.echo(
+        "window.fade_member{record = " + utf8(lua_of({each.record.kind, name, each.record, ""})) +
+        (each.path.empty() ? std::string() : ", member = " + text::quote(each.path)) +
+        ", opacity = " + utf8(QString::number(opacity, 'g', 4)) + "}");
+  }
+  if (is_any && picture_) take(picture_);
+  return is_any;
+}
+
+void ViewTab::fade_selection(double opacity) {
+  if (!fade(desk_.selection(), opacity))
+    desk_.failed(error(ErrorCode::unsupported, "no selected member is in this view",
+                       "Select members of the world, links, parts or nodes first."));
+}
+
+double ViewTab::opacity_of(const Selected& what) const {
+  for (const Faded& f : faded_)
+    if (f.what == what) return f.opacity;
+  return 1;
+}
+
+/// Members first, so that a part has its share where its member has one, too.
+void ViewTab::apply_fading() {
+  if (!picture_ || !picture_->frame) return;
+  if (std::exchange(has_new_fading_, false) || !picture_->only_moved) {
+    const Handle whole = record_handle(picture_->frame->what);
+    std::stable_partition(faded_.begin(), faded_.end(),
+                          [&whole](const Faded& f) { return f.what.record == whole; });
+    shares_.clear();
+    std::erase_if(faded_, [&](const Faded& f) {
+      const std::vector<std::uint64_t> items = items_of({f.what});
+      for (const std::uint64_t id : items) shares_[id] = f.opacity;
+      return items.empty() && picture_->frame->is_exact;  // it is gone
+    });
+  }
+  if (shares_.empty()) return;
+  for (Item& item : frame_.items)
+    if (const auto at = shares_.find(item.id); at != shares_.end())
+      item.appearance.colour.a *= static_cast<float>(at->second);
+}
+
+void ViewTab::hidden_changed(const std::string& line) {
+  desk_.echo(line);
+  if (picture_) take(picture_);
+  changed();
 }
 
 void ViewTab::view_from(Camera::View view) {
@@ -424,8 +607,9 @@ bool ViewTab::is_settled() const {
   if (!picture_ || !picture_->frame) return false;
   if (!picture_->frame->is_exact && !picture_->frame->failure) return false;
   return !isVisible() ||
-         (display_->pictures_drawn() > 0 && (!look_.is_refined_at_rest || player_.is_playing() ||
-                                             display_->is_refined() || !display_->can_refine()));
+         (display_->pictures_drawn() > 0 && (player_.is_playing() || !display_->is_coarse()) &&
+          (!look_.is_refined_at_rest || player_.is_playing() || display_->is_refined() ||
+           !display_->can_refine()));
 }
 
 Map ViewTab::render_arguments() const {
@@ -438,7 +622,13 @@ Map ViewTab::render_arguments() const {
       {"projection", camera.perspective() ? "perspective" : "orthographic"},
       {"size", List{std::clamp(camera.width(), 16, 8192), std::clamp(camera.height(), 16, 8192)}},
       {"style", kStyleWords[static_cast<std::size_t>(look_.style)]},
-      {"edges", look_.has_edges}};
+      {"edges", look_.has_edges},
+      {"grid", look_.has_grid},
+      {"axes", look_.has_axes},
+      // Nothing of an earlier picture counts.
+      {"section", Value()},
+      {"recording", Value()},
+      {"at", Value()}};
   if (look_.style == Style::hidden_line) args.set("hidden", look_.has_hidden_edges);
   if (look_.section_axis >= 0)
     args.set("section",

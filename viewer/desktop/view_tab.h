@@ -4,10 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
+#include <QRectF>
 #include <QWidget>
 
 #include "ioci/client/live_view.h"
@@ -22,17 +25,24 @@ class QToolBar;
 namespace robomosp::viewer {
 
 class Actions;
+class HiddenMembers;
+struct Hovered;
+class ViewInfo;
+class ViewTools;
 
 /// How a view is drawn, as the menus and the bar of the view set it.
 struct ViewLook {
   Style style = Style::smooth;
   bool has_edges = true, has_hidden_edges = false, has_grid = true, has_axes = true;
+  bool has_lights = true;  ///< symbols of the lights of a world
   bool is_perspective = true, is_refined_at_rest = true;
   int section_axis = -1;  ///< 0 x, 1 y, 2 z; -1 = no section
   bool is_section_turned = false;
   double section_share = 0.5;         ///< position along the box of all items, 0..1
   std::vector<std::string> layers{};  ///< that are shown, see scene::layer_names()
   Camera::View view = Camera::View::isometric;
+  bool has_four_views = false;  ///< instead of one
+  StereoSettings stereo{};
   bool operator==(const ViewLook&) const = default;
 };
 
@@ -55,11 +65,33 @@ class ViewTab : public QWidget {
 
   [[nodiscard]] const Handle& what() const { return what_; }
   [[nodiscard]] const std::optional<Handle>& recording() const { return recording_; }
+  [[nodiscard]] const std::optional<Handle>& run() const { return run_; }
   [[nodiscard]] const QString& name() const { return name_; }
+  /// What the display shows; null before the first picture.
+  [[nodiscard]] const ioci::LiveView::PicturePtr& picture() const { return picture_; }
   void set_name(const QString& name) { name_ = name; }
   [[nodiscard]] Display& display() const { return *display_; }
+  [[nodiscard]] ViewInfo& info() const { return *info_; }
   [[nodiscard]] ioci::LiveView& live() const { return *live_; }
   [[nodiscard]] Player& player() { return player_; }
+  [[nodiscard]] ViewTools& tools() const { return *tools_; }
+  /// What the display shows: the scene without what is hidden, and its look.
+  [[nodiscard]] const viewer::Frame& drawn() const { return frame_; }
+  /// Members that this view does not draw.
+  [[nodiscard]] const HiddenMembers& hidden() const { return *hidden_; }
+  void hide_selection();
+  /// Hides all members but the selected ones.
+  void isolate_selection();
+  void show_all();
+  /// Whether a path such as "objects.table" is a member that this view draws or hides.
+  [[nodiscard]] bool has_member(const std::string& path) const { return members_.contains(path); }
+  void show_member(const std::string& path, bool on);
+  /// Draws what is given with a share of its opacity, above 0 to 1; 1 = as the records have it.
+  /// False if the view draws none of it.
+  bool fade(const Selection& what, double opacity);
+  void fade_selection(double opacity);
+  /// The share of its opacity that a member or part is drawn with.
+  [[nodiscard]] double opacity_of(const Selected& what) const;
   [[nodiscard]] const ViewLook& look() const { return look_; }
   void set_look(const ViewLook& look);
   void view_from(Camera::View view);
@@ -72,6 +104,8 @@ class ViewTab : public QWidget {
   [[nodiscard]] bool is_settled() const;
   /// Arguments of <kind>.render for what is shown now.
   [[nodiscard]] Map render_arguments() const;
+  /// Frame of the only selected member in the world; nothing = none.
+  [[nodiscard]] std::optional<Pose> selected_pose() const;
   /// Place and orientation of the only selected member: "x 1 y 2 z 3 mm ..."; "" = none.
   [[nodiscard]] QString selection_pose() const;
   /// Whether the record still exists in the document.
@@ -81,25 +115,48 @@ class ViewTab : public QWidget {
 
  protected:
   void changeEvent(QEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
 
  private:
   ViewTab(Desk& desk, const Actions& actions, std::unique_ptr<Display> display);
   void make_bar(const Actions& actions);
+  /// What moves the members from now on; none of both = the document. Times of a recording [s].
+  void move_by(const std::optional<Handle>& recording, const std::optional<Handle>& run,
+               double from = 0, double to = 0);
   void apply_look();
   void take(const ioci::LiveView::PicturePtr& picture);
   void show_selection();
+  void show_placed();
   void picked(const std::optional<Pick>& hit);
-  [[nodiscard]] std::vector<std::uint64_t> selected_items() const;
+  void boxed(QRectF box, bool is_touching, Qt::KeyboardModifiers keys);
+  void hidden_changed(const std::string& line);
+  void apply_fading();
+  [[nodiscard]] std::vector<std::uint64_t> items_of(const Selection& what) const;
+  [[nodiscard]] Hovered hovered_at(QPointF at) const;
   void apply_theme();
+  void place_info();
+  void fit_bar();
 
   Desk& desk_;
   std::unique_ptr<ioci::LiveView> live_;
   QToolBar* bar_ = nullptr;
   Display* display_ = nullptr;
+  std::unique_ptr<ViewTools> tools_;
+  std::unique_ptr<HiddenMembers> hidden_;
+  struct Faded {
+    Selected what;
+    double opacity = 1;
+  };
+  std::vector<Faded> faded_;
+  std::map<std::uint64_t, double> shares_;  ///< opacity of the items of faded_
+  bool has_new_fading_ = false;
+  std::set<std::uint64_t> hidden_items_;
+  std::set<std::string> members_;  ///< paths of all members of the world shown
   QLabel* note_ = nullptr;
+  ViewInfo* info_ = nullptr;
   Player player_;
   Handle what_;
-  std::optional<Handle> recording_;
+  std::optional<Handle> recording_, run_;
   QString name_;
   ViewLook look_;
   std::optional<Camera> first_camera_;

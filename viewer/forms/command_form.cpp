@@ -147,22 +147,33 @@ CommandForm::CommandForm(ioci::Client& client, QWidget* parent) : QWidget(parent
   macro_->hide();
   effect_ = named_label(foot_, "command_form.effect", "Effect of the command", "quiet");
   effect_->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
+  effect_->setWordWrap(true);
+  effect_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   foot->addWidget(run_);
   foot->addWidget(job_);
   foot->addWidget(cancel_);
   foot->addWidget(preview_);
   foot->addWidget(macro_);
-  foot->addStretch(1);
-  foot->addWidget(effect_);
+  foot->addWidget(effect_, 1);
   column->addWidget(foot_);
 
   outcome_ = named_label(this, "command_form.outcome", "Outcome", "dim");
   outcome_->setWordWrap(true);
   outcome_->setContentsMargins(t.px(12), 0, t.px(12), t.px(8));
+  show_ = text_button(this, {}, "Show the result", "command_form.show_result", "link");
+  show_->setAccessibleName("Show the result");
+  show_->hide();
   outcome_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   outcome_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
   outcome_->hide();
-  column->addWidget(outcome_);
+  auto* outcome_row = new QHBoxLayout;
+  outcome_row->setContentsMargins(0, 0, t.px(8), 0);
+  outcome_row->addWidget(outcome_, 1);
+  outcome_row->addWidget(show_, 0, Qt::AlignTop);
+  column->addLayout(outcome_row);
+  QObject::connect(show_, &QPushButton::clicked, this, [this] {
+    if (on_show && made_.number != 0) on_show(made_);
+  });
   result_ = new ResultView(client_, this);
   result_->hide();
   column->addWidget(result_, 1);
@@ -206,9 +217,11 @@ void CommandForm::set_columns(int columns) {
   if (form_) form_->set_columns(columns);
 }
 
-void CommandForm::set_pose_of_selection(
-    std::function<void(std::function<void(const Value&)>)> pose) {
-  pose_of_selection_ = std::move(pose);
+void CommandForm::set_pose_sources(
+    std::function<void(std::function<void(const Value&)>)> of_selection,
+    std::function<void(std::function<void(const Value&)>)> of_view) {
+  pose_of_selection_ = std::move(of_selection);
+  pose_of_view_ = std::move(of_view);
 }
 
 void CommandForm::open(const std::string& command, const Map& values,
@@ -246,6 +259,7 @@ void CommandForm::open_described(const Map& description, const Map& values,
   const Value* takes = description.find("takes_expressions");
   context_->takes_expressions = takes && takes->as_bool() && *takes->as_bool();
   context_->pose_of_selection = pose_of_selection_;
+  context_->pose_of_view = pose_of_view_;
   context_->given = [this] { return this->values(); };
   form_ = new SchemaForm(context_, std::move(*schema), {}, body_);
   form_->set_columns(columns_);
@@ -258,6 +272,9 @@ void CommandForm::open_described(const Map& description, const Map& values,
     if (preview_->isChecked()) preview_timer_.start();
   };
   form_->on_remedy = [this](const FaultRemedy& remedy) { carry_out(remedy); };
+  form_->on_grown = [this] {
+    if (on_grown) on_grown();
+  };
   name_->setText(qt(command_));
   summary_->setText(qt(word(description, "summary")));
   summary_->setToolTip(qt(word(description, "summary")));
@@ -271,6 +288,7 @@ void CommandForm::open_described(const Map& description, const Map& values,
   show_outcome({}, "dim");
   result_->clear();
   result_->hide();
+  show_->hide();
   form_->show();
   show_line({});
   if (on_ready) on_ready();
@@ -381,6 +399,20 @@ void CommandForm::cancel() {
   if (is_running_) client_.cancel(answer_);
 }
 
+void CommandForm::offer_result(const Value& result) {
+  const Handle* h = result.as_handle();
+  if (const Map* m = result.as_map(); !h && m)
+    for (const auto& [name, v] : *m)
+      if (!h) h = v.as_handle();
+  made_ = h ? *h : Handle();
+  show_->setVisible(h && on_show);
+  if (!h) return;
+  show_->setText(h->kind == "recording" ? QString("Open in the timeline")
+                                        : "Show the " + qt(h->kind));
+  show_->setAccessibleName(show_->text());
+  show_->setToolTip(show_->text());
+}
+
 void CommandForm::take_result(const Map& args, const Result<Value>& r) {
   is_running_ = false;
   run_->setEnabled(true);
@@ -390,7 +422,9 @@ void CommandForm::take_result(const Map& args, const Result<Value>& r) {
     const bool shows = !r->is_nil();
     if (shows) result_->show_result(*r, unit_);
     result_->setVisible(shows);
+    offer_result(*r);
   } else {
+    show_->hide();
     result_->hide();
     show_faults(r.error());
   }

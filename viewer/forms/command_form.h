@@ -58,13 +58,18 @@ class CommandForm : public QWidget {
   /// The sentences below the form: the outcome of a run, or what a preview found.
   [[nodiscard]] QString outcome() const;
   void set_columns(int columns);
-  void set_pose_of_selection(std::function<void(std::function<void(const Value&)>)> ask);
+  /// Where fields of poses take one from; empty = they offer none.
+  void set_pose_sources(std::function<void(std::function<void(const Value&)>)> of_selection,
+                        std::function<void(std::function<void(const Value&)>)> of_view);
 
   /// After each run, with its result or error.
   std::function<void(const std::string& command, const Map& args, const Result<Value>&)> on_run;
   std::function<void()> on_ready;                        ///< the form is drawn
+  std::function<void()> on_grown;                        ///< it needs another height
   std::function<void(const std::string& page)> on_help;  ///< F1 or the link: "robot.fk"
-  std::function<void(const QString& line)> on_macro;     ///< "Add to macro"; none = no button
+  /// Shows a record or recording that the command made; empty = no link is offered.
+  std::function<void(const Handle&)> on_show;
+  std::function<void(const QString& line)> on_macro;  ///< "Add to macro"; none = no button
 
  protected:
   void keyPressEvent(QKeyEvent* event) override;
@@ -74,6 +79,7 @@ class CommandForm : public QWidget {
  private:
   void show_line(const std::string& changed);
   void show_faults(const Error& error);
+  void offer_result(const Value& result);
   void take_result(const Map& args, const Result<Value>& r);
   void carry_out(const FaultRemedy& remedy);
   void start_preview();
@@ -84,7 +90,7 @@ class CommandForm : public QWidget {
   std::shared_ptr<FormContext> context_;
   SchemaForm* form_ = nullptr;
   QLabel *name_, *summary_, *lua_, *effect_, *outcome_, *details_;
-  QPushButton *help_, *copy_, *run_, *job_, *cancel_, *macro_;
+  QPushButton *help_, *copy_, *run_, *job_, *cancel_, *macro_, *show_;
   QCheckBox* preview_;
   QWidget *body_, *foot_;
   QVBoxLayout* body_column_;
@@ -96,9 +102,10 @@ class CommandForm : public QWidget {
   int runs_ = 0;   ///< counts runs, likewise
   bool is_running_ = false;
   ioci::Client::Answer answer_;
-  std::function<void(std::function<void(const Value&)>)> pose_of_selection_;
+  std::function<void(std::function<void(const Value&)>)> pose_of_selection_, pose_of_view_;
   QTimer preview_timer_;
   int previews_ = 0;
+  Handle made_;       ///< the record or recording of the last result
   std::string unit_;  ///< of a number as result
 };
 

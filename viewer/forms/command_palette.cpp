@@ -13,6 +13,7 @@
 #include <QScrollArea>
 #include <QScrollBar>
 #include <QStyledItemDelegate>
+#include <QToolButton>
 #include <QVBoxLayout>
 
 #include "kernel/type.h"
@@ -33,6 +34,8 @@ constexpr int kPlaces = Qt::UserRole + 1, kSummary = Qt::UserRole + 2, kClassic 
 constexpr int kWidth = 860;    // of the design [px]
 constexpr int kShownRows = 4;  // while a form is open
 constexpr int kMostRows = 14;
+constexpr std::size_t kMostRecent = 24;
+constexpr int kTwoColumns = 620;  // least width of a form with two columns, of the design [px]
 
 std::string text_entry(const Map& m, const char* name) {
   const Value* v = m.find(name);
@@ -176,15 +179,22 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
   count_->setAccessibleName("Number of commands found");
   count_->setToolTip("Commands found of all");
   count_->setProperty("quiet", true);
-  auto* escape = new QLabel("Esc", this);
-  escape->setObjectName("palette.escape");
-  escape->setAccessibleName("Escape closes");
-  escape->setToolTip("Escape closes");
-  escape->setProperty("quiet", true);
+  escape_ = new QLabel("Esc", this);
+  escape_->setObjectName("palette.escape");
+  escape_->setAccessibleName("Escape closes");
+  escape_->setToolTip("Escape closes");
+  escape_->setProperty("quiet", true);
+  dock_ = new QToolButton(this);
+  dock_->setObjectName("palette.dock");
+  dock_->setIcon(icon("panel_left"));
+  QObject::connect(dock_, &QToolButton::clicked, this, [this] {
+    if (on_dock) on_dock(!is_docked_);
+  });
   head->addWidget(lens);
   head->addWidget(line_, 1);
   head->addWidget(count_);
-  head->addWidget(escape);
+  head->addWidget(escape_);
+  head->addWidget(dock_);
   column->addLayout(head);
   list_ = new QListView(this);
   list_->setObjectName("palette.commands");
@@ -199,7 +209,13 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
   column->addWidget(list_, 1);
   form_ = new CommandForm(client_, this);
   form_->on_run = [this](const std::string& command, const Map& args, const Result<Value>& r) {
-    if (r.ok()) last_use_[command] = args;
+    if (r.ok()) {
+      last_use_[command] = args;
+      std::erase(recent_, command);
+      recent_.insert(recent_.begin(), command);
+      if (recent_.size() > kMostRecent) recent_.resize(kMostRecent);
+      if (on_recent) on_recent();
+    }
     place();
   };
   form_->on_ready = [this] {
@@ -220,6 +236,7 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
     if (first) first->setFocus(Qt::OtherFocusReason);
     else form_->setFocus();
   };
+  form_->on_grown = [this] { place(); };
   form_->setFocusPolicy(Qt::StrongFocus);
   scroll_ = new QScrollArea(this);
   scroll_->setObjectName("palette.form_area");
@@ -234,6 +251,7 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
   QObject::connect(list_, &QListView::clicked, this,
                    [this](const QModelIndex& index) { choose(index.row()); });
   hide();
+  set_docked(false);
   reload();
 }
 
@@ -268,12 +286,17 @@ void CommandPalette::set_shortcuts(std::map<std::string, QString> shortcuts) {
 
 void CommandPalette::search(const QString& typed) {
   auto rows = find_commands(typed.toStdString(), commands_);
-  if (typed.isEmpty())  // those that were used come first
-    std::stable_sort(rows.begin(), rows.end(),
-                     [this](const FoundCommand& a, const FoundCommand& b) {
-                       return last_use_.contains(commands_[a.index].name) >
-                              last_use_.contains(commands_[b.index].name);
-                     });
+  if (typed.isEmpty()) {  // those that were used come first
+    std::map<std::string_view, std::size_t> age;
+    for (std::size_t i = 0; i < recent_.size(); ++i) age.emplace(recent_[i], i);
+    const auto age_of = [&](const FoundCommand& row) {
+      const auto at = age.find(commands_[row.index].name);
+      return at == age.end() ? recent_.size() : at->second;
+    };
+    std::stable_sort(rows.begin(), rows.end(), [&](const FoundCommand& a, const FoundCommand& b) {
+      return age_of(a) < age_of(b);
+    });
+  }
   const std::size_t count = rows.size();
   model_->show_rows(std::move(rows), &commands_);
   count_->setText(QString("%1 of %2 commands").arg(count).arg(commands_.size()));
@@ -287,12 +310,31 @@ std::vector<std::string> CommandPalette::found() const {
   return out;
 }
 
+void CommandPalette::set_docked(bool on) {
+  is_docked_ = on;
+  escape_->setVisible(!on);
+  dock_->setToolTip(on ? "Show it above the views" : "Keep it as a panel, which hides no view");
+  dock_->setAccessibleName(dock_->toolTip());
+  list_->setMinimumHeight(0);
+  place();
+}
+
+void CommandPalette::step_aside() {
+  if (!is_docked_) hide();
+}
+
+void CommandPalette::set_recent(std::vector<std::string> names) {
+  recent_ = std::move(names);
+  if (line_->text().isEmpty()) search({});
+}
+
 void CommandPalette::open(const QString& typed) {
   show_form(false);
   line_->setText(typed);
   search(typed);
   show();
   raise();
+  if (is_docked_ && on_open) on_open();
   line_->setFocus(Qt::ShortcutFocusReason);
   line_->selectAll();
 }
@@ -302,6 +344,7 @@ void CommandPalette::open_command(const std::string& command, const Map& values)
     if (commands_[i].name != command) continue;
     show();
     raise();
+    if (is_docked_ && on_open) on_open();
     Map all = values;
     std::map<std::string, QString> sources;
     prefill(descriptions_[i], all, sources);
@@ -397,7 +440,11 @@ void CommandPalette::place() {
   const int rows =
       std::min(static_cast<int>(model_->rows().size()), is_open ? kShownRows : kMostRows);
   list_->setFixedHeight(std::max(1, rows) * t.px(32));
-  if (QWidget* p = parentWidget()) {
+  if (is_docked_ && !is_open) {
+    list_->setMinimumHeight(t.px(64));
+    list_->setMaximumHeight(QWIDGETSIZE_MAX);
+  }
+  if (QWidget* p = parentWidget(); p && !is_docked_) {
     const int w = std::min(t.px(kWidth), p->width() - t.px(24));
     int h = list_->height() + line_->sizeHint().height() + t.px(20);
     if (is_open) h += form_->sizeHint().height() + t.px(8);
@@ -438,19 +485,29 @@ void CommandPalette::keyPressEvent(QKeyEvent* event) {
     } else if (has_form() && !line_->hasFocus()) {
       show_form(false);
       line_->setFocus(Qt::OtherFocusReason);
-    } else {
+    } else if (!is_docked_) {
       hide();
       if (on_close) on_close();
+    } else if (has_form()) {
+      show_form(false);
+    } else {
+      line_->clear();
     }
     return;
   }
   QFrame::keyPressEvent(event);
 }
 
+void CommandPalette::resizeEvent(QResizeEvent* event) {
+  QFrame::resizeEvent(event);
+  form_->set_columns(width() < theme().px(kTwoColumns) ? 1 : 2);
+}
+
 void CommandPalette::paintEvent(QPaintEvent*) {
   const Theme& t = theme();
   QPainter p(this);
   p.fillRect(rect(), t.panel);
+  if (is_docked_) return;
   p.setPen(t.accent);
   p.drawRect(rect().adjusted(0, 0, -1, -1));
 }

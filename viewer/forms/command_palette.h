@@ -20,6 +20,7 @@ class QLabel;
 class QLineEdit;
 class QListView;
 class QScrollArea;
+class QToolButton;
 
 namespace robomosp::viewer {
 
@@ -41,6 +42,14 @@ class CommandPalette : public QFrame {
   void set_selection(const SelectedPaths& selection);
   /// Keys of commands that have a shortcut, to be shown beside them.
   void set_shortcuts(std::map<std::string, QString> shortcuts);
+  /// In a dock it keeps its place, so that nothing is hidden, and Escape does not close it.
+  void set_docked(bool on);
+  [[nodiscard]] bool is_docked() const { return is_docked_; }
+  /// Hides it unless it is docked.
+  void step_aside();
+  /// Names of the commands that were run, newest first; they are listed first.
+  void set_recent(std::vector<std::string> names);
+  [[nodiscard]] const std::vector<std::string>& recent() const { return recent_; }
   /// Asks for the commands again, such as after a plugin was loaded.
   void reload();
 
@@ -53,10 +62,14 @@ class CommandPalette : public QFrame {
   [[nodiscard]] bool has_form() const;
 
   std::function<void()> on_close;
+  std::function<void()> on_open;         ///< while it is docked: its dock must be shown
+  std::function<void(bool on)> on_dock;  ///< the user wants it in a dock, or above the views
+  std::function<void()> on_recent;       ///< after recent() changed
 
  protected:
   bool eventFilter(QObject* object, QEvent* event) override;
   void keyPressEvent(QKeyEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
 
  private:
@@ -73,12 +86,15 @@ class CommandPalette : public QFrame {
   SelectedPaths selection_;
   std::map<std::uint64_t, std::string> names_;  ///< of selected records, by number
   std::map<std::string, Map> last_use_;
+  std::vector<std::string> recent_;  ///< newest first
   Model* model_;
   QLineEdit* line_;
-  QLabel* count_;
+  QLabel *count_, *escape_;
+  QToolButton* dock_;
   QListView* list_;
   QScrollArea* scroll_;
   CommandForm* form_;
+  bool is_docked_ = false;
   std::optional<std::pair<std::string, Map>> wanted_;  ///< to be opened when the table has come
 };
 

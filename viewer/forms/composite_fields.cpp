@@ -13,6 +13,7 @@
 
 #include "kernel/literal.h"
 #include "kernel/type_forms.h"
+#include "viewer/forms/field_buttons.h"
 #include "viewer/forms/field_factory.h"
 #include "viewer/forms/schema_form.h"
 #include "viewer/theme/icons.h"
@@ -25,33 +26,20 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr std::size_t kLongestSummary = 80;
+constexpr std::string_view kParams = ".params.";
 
-QToolButton* small_button(QWidget* parent, const char* symbol, const QString& tip,
-                          const QString& name) {
-  auto* b = new QToolButton(parent);
-  b->setIcon(icon(symbol));
-  b->setFixedSize(theme().field_height, theme().field_height);
-  b->setToolTip(tip);
-  b->setAccessibleName(tip);
-  b->setObjectName(name);
-  return b;
-}
-
-QPushButton* link_button(QWidget* parent, const QString& text, const QString& tip,
-                         const QString& name) {
-  auto* b = new QPushButton(text, parent);
-  b->setProperty("link", true);
-  b->setToolTip(tip);
-  b->setAccessibleName(tip);
-  b->setObjectName(name);
-  return b;
-}
-
-QVBoxLayout* column_of(QWidget* widget) {
-  auto* column = new QVBoxLayout(widget);
-  column->setContentsMargins(0, 0, 0, 0);
-  column->setSpacing(theme().px(4));
-  return column;
+/// A value without the marks of Lua: "0, 0, 0.2", "name: home".
+QString plain_text(const Value& v) {
+  if (v.as_string()) return qt(*v.as_string());
+  if (v.is_number()) return number_text(v.number());
+  if (v.as_bool()) return *v.as_bool() ? QStringLiteral("yes") : QStringLiteral("no");
+  QStringList parts;
+  if (v.as_list() || v.as_array())
+    for (const Value& each : elements_of(v)) parts << plain_text(each);
+  if (const Map* m = v.as_map())
+    for (const auto& [name, each] : *m) parts << qt(name) + ": " + plain_text(each);
+  if (v.as_list() || v.as_array() || v.as_map()) return parts.join(v.as_map() ? " · " : ", ");
+  return qt(v.text());
 }
 
 /// One line about a value that is not shown as a field.
@@ -74,9 +62,36 @@ QString summary_of(const Value& v) {
                           : count(a->size(), "number", "numbers");
   if ((v.as_map() && v.as_map()->empty()) || (v.as_list() && v.as_list()->empty()))
     return QStringLiteral("none");
-  const std::string s = beginning_of_literal(v, kLongestSummary);
-  return qt(s.size() > kLongestSummary ? s.substr(0, kLongestSummary) : s) +
-         (s.size() > kLongestSummary ? "…" : "");
+  if (const std::string* s = v.as_string(); s && s->size() > kLongestSummary)
+    return qt(s->substr(0, kLongestSummary)) + "…";
+  const QString text = plain_text(v);
+  return text.size() > static_cast<qsizetype>(kLongestSummary)
+             ? text.left(static_cast<qsizetype>(kLongestSummary)) + "…"
+             : text;
+}
+
+/// Whether a value of a type is shown as its field as soon as it is given: those of a few lines.
+bool is_compact(const TypeTree& t) {
+  switch (t.kind) {
+    case TypeKind::boolean:
+    case TypeKind::integer:
+    case TypeKind::real:
+    case TypeKind::expression:
+    case TypeKind::text:
+    case TypeKind::word:
+    case TypeKind::path:
+    case TypeKind::vector:
+    case TypeKind::joints:
+    case TypeKind::pose:
+    case TypeKind::reference:
+    case TypeKind::member:
+    case TypeKind::colour: return true;
+    case TypeKind::named: {
+      const TypeTree* named = named_type(t.word);
+      return named && named->kind != TypeKind::one_of && is_compact(*named);
+    }
+    default: return false;
+  }
 }
 
 /// Whether the field of a type can show a value without losing a part of it.
@@ -149,6 +164,52 @@ std::optional<Value> first_value(const TypeTree& t) {
 }
 
 }  // namespace
+
+QToolButton* small_button(QWidget* parent, const char* symbol, const QString& tip,
+                          const QString& name) {
+  auto* b = new QToolButton(parent);
+  b->setIcon(icon(symbol));
+  b->setFixedSize(theme().field_height, theme().field_height);
+  b->setToolTip(tip);
+  b->setAccessibleName(tip);
+  b->setObjectName(name);
+  return b;
+}
+
+QPushButton* link_button(QWidget* parent, const QString& text, const QString& tip,
+                         const QString& name) {
+  auto* b = new QPushButton(text, parent);
+  b->setProperty("link", true);
+  b->setToolTip(tip);
+  b->setAccessibleName(tip);
+  b->setObjectName(name);
+  return b;
+}
+
+QVBoxLayout* column_of(QWidget* widget) {
+  auto* column = new QVBoxLayout(widget);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(theme().px(4));
+  return column;
+}
+
+void ask_material_looks(ChoiceField* field, const FormContextPtr& context) {
+  if (!context->client) return;
+  field->set_look([context, field](const Value& choice, std::function<void(ChoiceLook)> answer) {
+    ask(*context->client, "material.describe", Map{{"id", choice}}, field,
+        [answer = std::move(answer)](const Result<Value>& r) {
+          const Map* m = r.ok() ? r->as_map() : nullptr;
+          const Value* colour = m ? m->find("colour") : nullptr;
+          const Value* density = m ? m->find("density") : nullptr;
+          if (!colour) return;
+          ChoiceLook look;
+          look.swatch = colour_of(*colour).value_or(QColor());
+          if (density && density->is_number())
+            look.doc = number_text(density->number()) + QStringLiteral(" kg/m³");
+          answer(look);
+        });
+  });
+}
 
 void ask_choices(ChoiceField* field, const FormContextPtr& context, const std::string& path) {
   if (!context->client) return;
@@ -248,7 +309,7 @@ OptionsField::OptionsField(FormContextPtr context, ParamSpec param, std::string 
   show_line();
 }
 
-bool OptionsField::is_tall() const { return editor_ != nullptr; }
+bool OptionsField::is_tall() const { return editor_ && (!is_inline_ || editor_->is_tall()); }
 
 ParamSpec OptionsField::param_of(std::size_t index) const {
   ParamSpec p = param_;
@@ -274,11 +335,18 @@ void OptionsField::make_editor() {
     show_line();
     notify(stage);
   };
-  column_->addWidget(editor_);
+  // A field of one line takes the place of the text.
+  auto* line = static_cast<QHBoxLayout*>(head_->layout());
+  is_inline_ = !editor_->is_tall() && option_ < types_.size() && is_compact(*types_[option_]);
+  if (is_inline_) line->insertWidget(line->indexOf(line_), editor_, 1);
+  else column_->addWidget(editor_);
+  line_->setVisible(!is_inline_);
   editor_->show();
 }
 
 void OptionsField::drop_editor() {
+  line_->show();
+  is_inline_ = false;
   if (!editor_) return;
   editor_->hide();
   editor_->deleteLater();
@@ -328,7 +396,7 @@ void OptionsField::show_option(std::size_t index) {
 void OptionsField::show_line() {
   const auto now = value();
   const bool is_open = editor_ != nullptr;
-  fold_->setVisible((now || is_open) && !is_always_open_);
+  fold_->setVisible((now || is_open) && !is_always_open_ && !is_inline_);
   fold_->setIcon(icon(is_open ? "chevron_down" : "chevron_right"));
   fold_->setToolTip(is_open ? "Fold the parts" : "Show the parts");
   fold_->setAccessibleName(fold_->toolTip());
@@ -382,7 +450,8 @@ void OptionsField::set_value(const std::optional<Value>& value) {
   } else {
     option_ = next;
     drop_editor();
-    if ((was_open && value) || is_always_open_) open_editor(false);
+    const bool opens = value && option_ < types_.size() && is_compact(*types_[option_]);
+    if ((was_open && value) || is_always_open_ || opens) open_editor(false);
   }
   show_line();
 }
@@ -403,274 +472,21 @@ void OptionsField::clear_faults() {
   if (editor_) editor_->clear_faults();
 }
 
+std::vector<PartFault> OptionsField::shown_faults() const {
+  return editor_ ? editor_->shown_faults() : Field::shown_faults();
+}
+
+bool OptionsField::shows_sentence(std::string_view path) const {
+  return editor_ && editor_->shows_sentence(path);
+}
+
+QString OptionsField::unit_beside() const { return editor_ ? editor_->unit_beside() : QString(); }
+
 std::string OptionsField::changed_path() const { return last_path_; }
 
 std::optional<Value> OptionsField::changed_value() const {
   if (last_path_.empty() || !editor_) return value();
   return editor_->changed_value();
-}
-
-// ---- ListField ----
-
-ListField::ListField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent)
-    : Field(parent),
-      context_(std::move(context)),
-      element_(std::move(element)),
-      path_(std::move(path)),
-      column_(column_of(this)) {
-  add_ = link_button(this, "Add", "Add an element at the end",
-                     qt(context_->title + "." + path_) + ".add");
-  add_->setIcon(icon("plus"));
-  column_->addWidget(add_, 0, Qt::AlignLeft);
-  setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
-  QObject::connect(add_, &QPushButton::clicked, this, [this] { add_element(); });
-}
-
-void ListField::append(const std::optional<Value>& value) {
-  const Theme& t = theme();
-  auto* box = new QWidget(this);
-  auto* row = new QHBoxLayout(box);
-  row->setContentsMargins(0, 0, 0, 0);
-  row->setSpacing(t.px(4));
-  auto* number = new QLabel(box);
-  number->setProperty("quiet", true);
-  number->setFixedWidth(t.px(20));
-  number->setAlignment(Qt::AlignTop | Qt::AlignLeft);
-  row->addWidget(number, 0, Qt::AlignTop);
-  const std::string at = path_ + "[" + std::to_string(rows_.size() + 1) + "]";
-  ParamSpec p = element_;
-  p.required = true;
-  Field* field = make_field(context_, p, at, box);
-  field->set_value(value);
-  row->addWidget(field, 1);
-  auto* up = small_button(box, "chevron_right", "Move up", {});
-  up->setArrowType(Qt::UpArrow);
-  auto* remove = small_button(box, "close", "Remove the element", {});
-  row->addWidget(up, 0, Qt::AlignTop);
-  row->addWidget(remove, 0, Qt::AlignTop);
-  const auto index_of = [this, box] {
-    for (std::size_t i = 0; i < rows_.size(); ++i)
-      if (rows_[i].box == box) return i;
-    return rows_.size();
-  };
-  field->on_change = [this, index_of](Stage stage) {
-    const std::size_t i = index_of();
-    if (i >= rows_.size()) return;
-    last_field_ = rows_[i].field;
-    last_path_ = "[" + std::to_string(i + 1) + "]" + last_field_->changed_path();
-    notify(stage);
-  };
-  QObject::connect(up, &QToolButton::clicked, this, [this, index_of] {
-    if (const std::size_t i = index_of(); i > 0 && i < rows_.size()) move_element(i, i - 1);
-  });
-  QObject::connect(remove, &QToolButton::clicked, this,
-                   [this, index_of] { remove_element(index_of()); });
-  column_->insertWidget(static_cast<int>(rows_.size()), box);
-  rows_.push_back({box, number, field});
-  box->show();
-}
-
-void ListField::renumber() {
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const QString at = qt(context_->title + "." + path_ + "[" + std::to_string(i + 1) + "]");
-    rows_[i].number->setText(QString::number(i + 1));
-    rows_[i].number->setObjectName(at + ".number");
-    rows_[i].number->setAccessibleName(QString("Element %1").arg(i + 1));
-    rows_[i].number->setToolTip(toolTip());
-    const auto buttons =
-        rows_[i].box->findChildren<QToolButton*>(QString(), Qt::FindDirectChildrenOnly);
-    if (buttons.size() >= 2) {
-      buttons[0]->setObjectName(at + ".up");
-      buttons[1]->setObjectName(at + ".remove");
-      buttons[0]->setEnabled(i > 0);
-    }
-  }
-}
-
-std::optional<Value> ListField::value() const {
-  List out;
-  for (const Row& row : rows_) out.push_back(row.field->value().value_or(Value()));
-  return Value(std::move(out));
-}
-
-void ListField::set_value(const std::optional<Value>& value) {
-  const auto parts = value ? elements_of(*value) : std::vector<Value>();
-  while (rows_.size() > parts.size()) {
-    rows_.back().box->hide();
-    rows_.back().box->deleteLater();
-    rows_.pop_back();
-  }
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    if (i < rows_.size()) rows_[i].field->set_value(parts[i]);
-    else append(parts[i]);
-  last_path_.clear();
-  last_field_ = nullptr;
-  renumber();
-}
-
-void ListField::add_element() {
-  append(std::nullopt);
-  renumber();
-  if (auto* options = dynamic_cast<OptionsField*>(rows_.back().field)) options->open_editor(true);
-  last_path_.clear();
-  last_field_ = nullptr;
-  rows_.back().field->setFocus(Qt::OtherFocusReason);
-  notify(Stage::changed);
-}
-
-void ListField::remove_element(std::size_t i) {
-  if (i >= rows_.size()) return;
-  const auto now = elements_of(*value());
-  List rest;
-  for (std::size_t k = 0; k < now.size(); ++k)
-    if (k != i) rest.push_back(now[k]);
-  set_value(Value(std::move(rest)));
-  notify(Stage::changed);
-}
-
-void ListField::move_element(std::size_t from, std::size_t to) {
-  if (from >= rows_.size() || to >= rows_.size()) return;
-  List all = elements_of(*value());
-  Value moved = all[from];
-  all.erase(all.begin() + static_cast<std::ptrdiff_t>(from));
-  all.insert(all.begin() + static_cast<std::ptrdiff_t>(to), std::move(moved));
-  set_value(Value(std::move(all)));
-  notify(Stage::changed);
-}
-
-std::optional<Value> ListField::changed_value() const {
-  return last_field_ && !last_path_.empty() ? last_field_->changed_value() : value();
-}
-
-bool ListField::place_fault(std::string_view path, const QString& sentence) {
-  if (const auto i = index_in_path(path); i && *i < rows_.size()) {
-    const std::string_view rest = path.substr(path.find(']') + 1);
-    (void)rows_[*i].field->place_fault(rest, sentence);
-    return true;
-  }
-  return Field::place_fault(path, sentence);
-}
-
-void ListField::clear_faults() {
-  Field::clear_faults();
-  for (const Row& row : rows_) row.field->clear_faults();
-}
-
-// ---- MapField ----
-
-MapField::MapField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent)
-    : Field(parent),
-      context_(std::move(context)),
-      element_(std::move(element)),
-      path_(std::move(path)),
-      column_(column_of(this)) {
-  add_ = link_button(this, "Add", "Add a name with a value",
-                     qt(context_->title + "." + path_) + ".add");
-  add_->setIcon(icon("plus"));
-  column_->addWidget(add_, 0, Qt::AlignLeft);
-  QObject::connect(add_, &QPushButton::clicked, this, [this] {
-    add_entry("", std::nullopt);
-    rows_.back().name->setFocus();
-  });
-}
-
-void MapField::add_entry(const std::string& name, const std::optional<Value>& value) {
-  const Theme& t = theme();
-  auto* box = new QWidget(this);
-  auto* row = new QHBoxLayout(box);
-  row->setContentsMargins(0, 0, 0, 0);
-  row->setSpacing(t.px(4));
-  auto* key = new TextField(box);
-  key->setFixedWidth(t.px(100));
-  const QString at = qt(context_->title + "." + path_) + QString("#%1").arg(rows_.size() + 1);
-  key->describe("Name", "The name of this value.", {}, at + ".name");
-  key->set_value(name.empty() ? std::nullopt : std::optional(Value(name)));
-  ParamSpec p = element_;
-  p.required = true;
-  Field* field = make_field(context_, p, path_ + "." + (name.empty() ? "new" : name), box);
-  field->set_value(value);
-  auto* remove = small_button(box, "close", "Remove this value", at + ".remove");
-  row->addWidget(key, 0, Qt::AlignTop);
-  row->addWidget(field, 1);
-  row->addWidget(remove, 0, Qt::AlignTop);
-  const auto whole = [this](Stage stage) {
-    last_path_.clear();
-    last_field_ = nullptr;
-    notify(stage);
-  };
-  key->on_change = whole;
-  field->on_change = [this, field, key](Stage stage) {
-    const auto n = key->value();
-    if (!n) return;
-    last_field_ = field;
-    last_path_ = "." + n->text() + field->changed_path();
-    notify(stage);
-  };
-  QObject::connect(remove, &QToolButton::clicked, this, [this, box, whole] {
-    std::erase_if(rows_, [box](const Row& r) { return r.box == box; });
-    box->hide();
-    box->deleteLater();
-    whole(Stage::changed);
-  });
-  column_->insertWidget(static_cast<int>(rows_.size()), box);
-  rows_.push_back({box, key, field});
-  box->show();
-}
-
-std::optional<Value> MapField::value() const {
-  Map out;
-  for (const Row& row : rows_)
-    if (const auto name = row.name->value())
-      out.set(name->as_string() ? *name->as_string() : name->text(),
-              row.field->value().value_or(Value()));
-  return Value(std::move(out));
-}
-
-void MapField::set_value(const std::optional<Value>& value) {
-  static const Map kNone;
-  const Map& m = value && value->as_map() ? *value->as_map() : kNone;
-  // The same names: only values change.
-  bool is_same = rows_.size() == m.size();
-  std::size_t i = 0;
-  for (const auto& [name, each] : m)
-    if (is_same) {
-      const auto own = rows_[i++].name->value();
-      is_same = own && own->as_string() && *own->as_string() == name;
-    }
-  if (is_same) {
-    i = 0;
-    for (const auto& [name, each] : m) rows_[i++].field->set_value(each);
-    return;
-  }
-  for (const Row& row : rows_) {
-    row.box->hide();
-    row.box->deleteLater();
-  }
-  rows_.clear();
-  for (const auto& [name, each] : m) add_entry(name, each);
-}
-
-std::optional<Value> MapField::changed_value() const {
-  return last_field_ && !last_path_.empty() ? last_field_->changed_value() : value();
-}
-
-bool MapField::place_fault(std::string_view path, const QString& sentence) {
-  for (const Row& row : rows_) {
-    const auto name = row.name->value();
-    if (!name || !name->as_string()) continue;
-    const std::string start = "." + *name->as_string();
-    if (!path.starts_with(start)) continue;
-    const std::string_view rest = path.substr(start.size());
-    if (!rest.empty() && rest.front() != '.' && rest.front() != '[') continue;
-    (void)row.field->place_fault(rest, sentence);
-    return true;
-  }
-  return Field::place_fault(path, sentence);
-}
-
-void MapField::clear_faults() {
-  Field::clear_faults();
-  for (const Row& row : rows_) row.field->clear_faults();
 }
 
 // ---- FieldsField ----
@@ -775,6 +591,23 @@ bool FieldsField::place_fault(std::string_view path, const QString& sentence) {
   return Field::place_fault(path, sentence);
 }
 
+std::vector<PartFault> FieldsField::shown_faults() const {
+  std::vector<PartFault> out;
+  if (decides_ && !decides_->fault().isEmpty())
+    out.push_back({"." + tree_.decided_by, decides_->fault()});
+  if (form_)
+    for (PartFault& each : form_->field_faults())
+      out.push_back({"." + each.path, std::move(each.sentence)});
+  return out.empty() ? Field::shown_faults() : out;
+}
+
+bool FieldsField::shows_sentence(std::string_view path) const {
+  if (!form_ || path.size() < 2 || path.front() != '.') return false;
+  path.remove_prefix(1);
+  return find_param(form_->schema(), path.substr(0, std::min(path.find('.'), path.find('[')))) !=
+         nullptr;
+}
+
 void FieldsField::clear_faults() {
   Field::clear_faults();
   if (decides_) decides_->clear_faults();
@@ -868,8 +701,22 @@ void ProviderField::take_schema(const Schema& schema, const Map& values) {
   if (on_height) on_height();
 }
 
+std::vector<PartFault> ProviderField::shown_faults() const {
+  std::vector<PartFault> out;
+  if (form_)
+    for (PartFault& each : form_->field_faults())
+      out.push_back({".params." + each.path, std::move(each.sentence)});
+  return out.empty() ? Field::shown_faults() : out;
+}
+
+bool ProviderField::shows_sentence(std::string_view path) const {
+  return form_ && path.starts_with(kParams) &&
+         find_param(form_->schema(),
+                    path.substr(kParams.size(), path.find_first_of(".[", kParams.size()) -
+                                                    kParams.size())) != nullptr;
+}
+
 bool ProviderField::place_fault(std::string_view path, const QString& sentence) {
-  constexpr std::string_view kParams = ".params.";
   if (path.starts_with(kParams) && form_ &&
       form_->show_faults({{std::string(path.substr(kParams.size())), sentence, {}}}))
     return true;

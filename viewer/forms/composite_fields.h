@@ -14,6 +14,7 @@
 #include "viewer/forms/form_context.h"
 #include "viewer/widgets/field.h"
 
+class QHBoxLayout;
 class QLabel;
 class QPushButton;
 class QToolButton;
@@ -37,6 +38,9 @@ class OptionsField : public Field {
   void set_default(const std::optional<Value>& value) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
+  [[nodiscard]] bool shows_sentence(std::string_view path) const override;
+  [[nodiscard]] QString unit_beside() const override;
   [[nodiscard]] std::string changed_path() const override;
   [[nodiscard]] std::optional<Value> changed_value() const override;
   [[nodiscard]] bool is_tall() const override;
@@ -63,6 +67,7 @@ class OptionsField : public Field {
   std::size_t option_ = 0;
   std::optional<Value> value_;  ///< what counts while there is no editor, or it was not edited
   bool is_edited_ = false, is_always_open_ = false, was_open_ = false;
+  bool is_inline_ = false;  ///< the editor is within the line
   Field* editor_ = nullptr;
   std::string last_path_;
   QVBoxLayout* column_;
@@ -72,68 +77,81 @@ class OptionsField : public Field {
   QPushButton *set_, *switch_;
 };
 
-/// Elements of one type: added, removed, moved; each has its field.
-class ListField : public Field {
+/// Base of fields that have a row for each of any number of parts, and a button that adds one.
+class PartsField : public Field {
  public:
-  ListField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent);
-  [[nodiscard]] std::optional<Value> value() const override;
-  void set_value(const std::optional<Value>& value) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
+  [[nodiscard]] bool shows_sentence(std::string_view path) const override;
   [[nodiscard]] std::string changed_path() const override { return last_path_; }
   [[nodiscard]] std::optional<Value> changed_value() const override;
   [[nodiscard]] bool is_tall() const override { return true; }
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
+
+ protected:
+  struct Row {
+    QWidget* box;
+    Field* field;
+    QLabel* number = nullptr;   ///< of an element of a list
+    TextField* name = nullptr;  ///< of an entry of a map
+  };
+  PartsField(FormContextPtr context, ParamSpec element, std::string path, const QString& add_tip,
+             QWidget* parent);
+  /// The part of a row as the beginning of a path: "[2]", ".limit"; "" = it has none yet.
+  [[nodiscard]] virtual std::string key_of(std::size_t row) const = 0;
+  virtual void add_part() = 0;
+  /// The row of a path, with the rest of the path behind it.
+  [[nodiscard]] std::optional<std::pair<std::size_t, std::string_view>> row_at(
+      std::string_view path) const;
+  [[nodiscard]] std::size_t index_of(const QWidget* box) const;
+  /// Adds a row with the field of a part at `path` behind `heads`.
+  void add_row(QWidget* box, QHBoxLayout* line, Row row);
+  void drop_row(std::size_t index);
+  /// Reports a change of one part, or of the whole.
+  void take_part(const QWidget* box, Stage stage);
+  void take_whole(Stage stage);
+
+  FormContextPtr context_;
+  ParamSpec element_;
+  std::string path_;
+  std::vector<Row> rows_;
+  std::string last_path_;
+  Field* last_field_ = nullptr;
+  QVBoxLayout* column_;
+};
+
+/// Elements of one type: added, removed, moved; each has its field.
+class ListField : public PartsField {
+ public:
+  ListField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent);
+  [[nodiscard]] std::optional<Value> value() const override;
+  void set_value(const std::optional<Value>& value) override;
   [[nodiscard]] Field* element(std::size_t i) const { return rows_[i].field; }
   void add_element();
   void remove_element(std::size_t i);
   void move_element(std::size_t from, std::size_t to);
 
+ protected:
+  [[nodiscard]] std::string key_of(std::size_t row) const override;
+  void add_part() override { add_element(); }
+
  private:
-  struct Row {
-    QWidget* box;
-    QLabel* number;
-    Field* field;
-  };
   void append(const std::optional<Value>& value);
   void renumber();
-  FormContextPtr context_;
-  ParamSpec element_;
-  std::string path_;
-  std::vector<Row> rows_;
-  std::string last_path_;
-  Field* last_field_ = nullptr;
-  QVBoxLayout* column_;
-  QPushButton* add_;
 };
 
 /// Names with values of one type.
-class MapField : public Field {
+class MapField : public PartsField {
  public:
   MapField(FormContextPtr context, ParamSpec element, std::string path, QWidget* parent);
   [[nodiscard]] std::optional<Value> value() const override;
   void set_value(const std::optional<Value>& value) override;
-  bool place_fault(std::string_view path, const QString& sentence) override;
-  void clear_faults() override;
-  [[nodiscard]] std::string changed_path() const override { return last_path_; }
-  [[nodiscard]] std::optional<Value> changed_value() const override;
-  [[nodiscard]] bool is_tall() const override { return true; }
   void add_entry(const std::string& name, const std::optional<Value>& value);
 
- private:
-  struct Row {
-    QWidget* box;
-    TextField* name;
-    Field* field;
-  };
-  FormContextPtr context_;
-  ParamSpec element_;
-  std::string path_;
-  std::vector<Row> rows_;
-  std::string last_path_;
-  Field* last_field_ = nullptr;
-  QVBoxLayout* column_;
-  QPushButton* add_;
+ protected:
+  [[nodiscard]] std::string key_of(std::size_t row) const override;
+  void add_part() override;
 };
 
 /// A map with known fields; further entries are kept. Of a variant, a first field decides which
@@ -146,6 +164,8 @@ class FieldsField : public Field {
   void set_value(const std::optional<Value>& value) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
+  [[nodiscard]] bool shows_sentence(std::string_view path) const override;
   [[nodiscard]] std::string changed_path() const override { return last_path_; }
   [[nodiscard]] std::optional<Value> changed_value() const override { return last_value_; }
   [[nodiscard]] bool is_tall() const override { return true; }
@@ -174,6 +194,8 @@ class ProviderField : public Field {
   void set_default(const std::optional<Value>& value) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
+  [[nodiscard]] bool shows_sentence(std::string_view path) const override;
   [[nodiscard]] bool is_tall() const override { return form_ != nullptr; }
   [[nodiscard]] ChoiceField* choice() const { return choice_; }
   [[nodiscard]] SchemaForm* form() const { return form_; }
@@ -192,6 +214,8 @@ class ProviderField : public Field {
   QVBoxLayout* column_;
 };
 
+/// Shows the balls and densities of materials in a field that chooses one.
+void ask_material_looks(ChoiceField* field, const FormContextPtr& context);
 /// Sets the choices of a field by schema.choices for `path` of the form.
 void ask_choices(ChoiceField* field, const FormContextPtr& context, const std::string& path);
 

@@ -90,6 +90,8 @@ Field* line_field(const FormContextPtr& c, const TypeTree& t, const ParamSpec& p
       else if (!t.words.empty() && t.words.front() != "any")
         f->set_icon(icon_of_kind(t.words.front()));
       ask_choices(f, c, path);
+      if (t.kind == TypeKind::reference && t.words == std::vector<std::string>{"material"})
+        ask_material_looks(f, c);
       return f;
     }
     case TypeKind::provider: {
@@ -120,7 +122,9 @@ Field* line_field(const FormContextPtr& c, const TypeTree& t, const ParamSpec& p
 /// known.
 void ask_joints(VectorField* field, const FormContextPtr& c, const TypeTree& t) {
   const Map given = c->given ? c->given() : Map();
-  const Value* id = t.of.empty() || t.of == "id" ? given.find("id") : nullptr;
+  // A member of a world names its robot; elsewhere the argument `of` does.
+  const Value* id = given.find(t.of.empty() ? "id" : t.of);
+  if (!id && c->of.find("kind")) id = given.find("robot");
   if (!id) id = c->also_given.find("id");
   if (!id || !c->client) return;
   const std::string per = t.word == "velocity" ? "/s" : t.word == "acceleration" ? "/s^2" : "";
@@ -156,6 +160,21 @@ void ask_joints(VectorField* field, const FormContextPtr& c, const TypeTree& t) 
       });
 }
 
+/// The record or member of a value that may also be its number; null for other types.
+const TypeTree* named_or_numbered(const TypeTree& t) {
+  const TypeTree* named = nullptr;
+  if (t.kind != TypeKind::one_of) return nullptr;
+  for (const auto& option : t.options) {
+    if (option->kind == TypeKind::member || option->kind == TypeKind::reference) {
+      if (named) return nullptr;
+      named = option.get();
+    } else if (option->kind != TypeKind::integer) {
+      return nullptr;
+    }
+  }
+  return named;
+}
+
 ParamSpec element_param(const TypeTree* element, const ParamSpec& outer) {
   ParamSpec p;
   p.type = element ? type_text(*element) : "any";
@@ -187,6 +206,7 @@ NumberFormat number_format(const FormContext& context, const ParamSpec& p, std::
   f.is_whole = t.kind == TypeKind::integer;
   f.takes_infinity = p.infinite || t.notes.is_infinite;
   f.takes_expressions = context.takes_expressions || t.kind == TypeKind::expression;
+  if (f.takes_expressions) f.names = context.parameter_names;
   return f;
 }
 
@@ -222,17 +242,18 @@ Field* make_part(const FormContextPtr& c, const TypeTree& t, const ParamSpec& p,
   switch (t.kind) {
     case TypeKind::pose: {
       auto* f = new PoseField(parent);
-      if (c->pose_of_selection)
-        f->set_sources(
-            [f, c] {
-              const QPointer<PoseField> field = f;
-              c->pose_of_selection([field](const Value& v) {
-                if (!field) return;
-                field->set_value(v);
-                field->set_pose(field->pose());
-              });
-            },
-            {});
+      const auto source = [f](const std::function<void(std::function<void(const Value&)>)>& of)
+          -> std::function<void()> {
+        if (!of) return {};
+        return [field = QPointer<PoseField>(f), of] {
+          of([field](const Value& v) {
+            if (!field) return;
+            field->set_value(v);
+            field->set_pose(field->pose());
+          });
+        };
+      };
+      f->set_sources(source(c->pose_of_selection), source(c->pose_of_view));
       return f;
     }
     case TypeKind::matrix: return new MatrixField(t.rows, t.cols, number_format(*c, p), parent);
@@ -274,6 +295,10 @@ Field* make_field(const FormContextPtr& context, const ParamSpec& p, const std::
   const TypeTree& t = type_tree(p.type);
   Field* field = line_field(context, t, p, path, parent);
   if (!field && t.kind == TypeKind::provider) field = new ProviderField(context, t, path, parent);
+  if (const TypeTree* named = field ? nullptr : named_or_numbered(t)) {
+    field = line_field(context, *named, p, path, parent);
+    static_cast<ChoiceField*>(field)->set_takes_numbers(true);
+  }
   if (!field) field = new OptionsField(context, p, path, parent);
   QString doc = qt(p.doc);
   if (const std::string unit = unit_of(p); !unit.empty())

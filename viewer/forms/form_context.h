@@ -9,6 +9,7 @@
 
 #include <QObject>
 #include <QPointer>
+#include <QStringList>
 
 #include "ioci/client/client.h"
 #include "kernel/value.h"
@@ -36,6 +37,10 @@ struct FormContext {
   std::function<Map()> given{};    ///< the values of the whole form now
   /// Asks for the pose of the selection; `answer` may be called later. Empty = there is none.
   std::function<void(std::function<void(const Value&)> answer)> pose_of_selection{};
+  /// Asks likewise for the pose of the camera of the current view.
+  std::function<void(std::function<void(const Value&)> answer)> pose_of_view{};
+  /// Names that expressions of the record may use.
+  std::function<QStringList()> parameter_names{};
   /// Further arguments for schema.choices, such as the record shown by a form: {id = "arm"}.
   Map also_given{};
 };

@@ -2,6 +2,7 @@
 #include "viewer/forms/properties_panel.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <QDir>
 #include <QFile>
@@ -11,9 +12,11 @@
 #include <QVBoxLayout>
 
 #include "kernel/argument_faults.h"
+#include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/type_forms.h"
 #include "viewer/forms/joint_section.h"
+#include "viewer/forms/record_sections.h"
 #include "viewer/forms/schema_form.h"
 #include "viewer/theme/theme.h"
 #include "viewer/widgets/number_fields.h"
@@ -105,6 +108,16 @@ bool is_named(const Value& v, std::string_view name) {
   return own && own->as_string() && *own->as_string() == name;
 }
 
+/// The index of an element of a list by a step of a path: its name, or else its number from 1.
+std::optional<std::size_t> element_at(const List& list, std::string_view step) {
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (is_named(list[i], step)) return i;
+  const auto number = text::read_int(step);
+  if (!number || *number < 1 || static_cast<std::size_t>(*number) > list.size())
+    return std::nullopt;
+  return static_cast<std::size_t>(*number) - 1;
+}
+
 struct Found {
   const TypeTree* type = nullptr;
   const Value* value = nullptr;
@@ -129,6 +142,16 @@ std::optional<Found> named_below(const Schema& schema, const Map& values, std::s
         if (const auto found = look(element, each)) return found;
   }
   return std::nullopt;
+}
+
+/// A path of a record, "points.2.position", as fields of a form have it: "points[2].position".
+std::string with_brackets(std::string_view path) {
+  std::string out;
+  for (const std::string_view step : text::split(path, '.')) {
+    if (text::read_int(step)) out += "[" + std::string(step) + "]";
+    else out += (out.empty() ? "" : ".") + std::string(step);
+  }
+  return out;
 }
 
 /// Puts an expression into values at a path: "radius", "position.x", "links[2].a".
@@ -166,11 +189,10 @@ void put_expression(Map& values, std::string_view path, const std::string& text)
   std::string_view below;
   if (index) {
     if (rest.front() == '[') below = rest.substr(rest.find(']') + 1);
-  } else if (rest.front() == '.') {  // an element by its name
+  } else if (rest.front() == '.') {  // an element by its name or number
     const std::string_view tail = rest.substr(1);
     const std::string_view key = tail.substr(0, std::min(tail.find('.'), tail.find('[')));
-    for (std::size_t i = 0; i < parts.size(); ++i)
-      if (is_named(parts[i], key)) index = i;
+    index = element_at(parts, key);
     below = tail.substr(key.size());
   }
   if (!index || *index >= parts.size()) return;
@@ -233,8 +255,7 @@ std::optional<FieldsAt> fields_at(const Schema& schema, const Map& values, std::
           const std::string_view key = tail.substr(0, std::min(tail.find('.'), tail.find('[')));
           after = tail.substr(key.size());
           if (const List* list = at.value->as_list()) {
-            for (const Value& each : *list)
-              if (is_named(each, key)) found = &each;
+            if (const auto place = element_at(*list, key)) found = &(*list)[*place];
           } else if (const Map* m = at.value->as_map()) {
             found = m->find(key);
           }
@@ -302,6 +323,7 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
   scroll_ = new QScrollArea(this);
   scroll_->setObjectName("properties.area");
   scroll_->setAccessibleName("Fields");
+  scroll_->setFocusPolicy(Qt::NoFocus);  // its fields take it, and scroll it
   scroll_->setToolTip({});
   scroll_->setFrameShape(QFrame::NoFrame);
   scroll_->setWidgetResizable(true);
@@ -345,6 +367,7 @@ void PropertiesPanel::set_selection(const SelectedPaths& selection) {
   shown_.clear();
   outcome_->hide();
   picture_->hide();
+  drop_sections();
   if (selection_.empty()) {
     title_->setText("Nothing is selected");
     subtitle_->clear();
@@ -370,6 +393,10 @@ void PropertiesPanel::take(const ioci::Event& event) {
   for (const auto& record : event.change->records)
     for (const SelectedPath& s : selection_)
       if (record.id.number == s.record.number) {
+        // The mass is asked for at once, so that it follows a drag.
+        if (mass_) mass_->refresh();
+        if (users_) users_->refresh();
+        if (segment_) segment_->refresh();
         if (!refresh_timer_.isActive()) refresh_timer_.start();
         return;
       }
@@ -440,6 +467,7 @@ void PropertiesPanel::take_values() {
 void PropertiesPanel::draw() {
   if (shown_.empty()) {
     title_->setText(selection_.size() == 1 ? "It is gone" : "They are gone");
+    drop_sections();
     subtitle_->clear();
     if (form_) form_->hide();
     if (joints_) joints_->deleteLater();
@@ -491,6 +519,14 @@ void PropertiesPanel::draw() {
     context_->takes_expressions = true;
     context_->also_given = Map{{"id", first.at.record}};
     context_->given = [this] { return form_ ? form_->values() : Map(); };
+    context_->pose_of_view = pose_of_view;
+    context_->parameter_names = [this] {
+      QStringList names;
+      const Value* all = shown_.empty() ? nullptr : shown_.front().described.find("parameters");
+      if (all && all->as_map())
+        for (const auto& [name, about] : *all->as_map()) names << qt(name);
+      return names;
+    };
     form_ = new SchemaForm(context_, std::move(common), first.at.path, page_);
     form_->on_change = [this](const std::string& path, const std::optional<Value>& value,
                               Field::Stage stage) { edit(path, value, static_cast<int>(stage)); };
@@ -510,6 +546,8 @@ void PropertiesPanel::draw() {
   }
   form_->show();
   draw_joints();
+  draw_sections();
+  if (is_dragged_) ask_picture();
   // A value that is being dragged or typed is the user's.
   if (is_dragged_) {
     if (on_shown) on_shown();
@@ -585,6 +623,58 @@ void PropertiesPanel::draw_joints() {
   joints_->show();
 }
 
+void PropertiesPanel::drop_sections() {
+  for (QWidget* w : {static_cast<QWidget*>(mass_), static_cast<QWidget*>(users_),
+                     static_cast<QWidget*>(segment_)})
+    if (w) {
+      w->hide();
+      w->deleteLater();
+    }
+  mass_ = nullptr;
+  users_ = nullptr;
+  segment_ = nullptr;
+}
+
+void PropertiesPanel::draw_sections() {
+  const Shown& first = shown_.front();
+  const Handle& record = first.at.record;
+  const auto is_of = [&](const std::vector<std::string_view>& kinds) {
+    return shown_.size() == 1 && std::find(kinds.begin(), kinds.end(), first.kind) != kinds.end();
+  };
+  if (shown_.size() != 1) return drop_sections();
+  const auto add = [this](QWidget* section) {
+    column_->insertWidget(column_->indexOf(form_) + 1, section);
+    section->show();
+  };
+  if (!users_ && first.at.path.empty() &&
+      is_of({"material", "solid", "object", "robot", "trajectory"})) {
+    users_ = new UsersSection(client_, record, page_);
+    users_->on_go = [this](const Handle& h) {
+      if (on_go) on_go(h);
+    };
+    column_->insertWidget(column_->indexOf(form_) + 1, users_);
+  }
+  if (!mass_ && is_of({"solid", "object"})) {
+    mass_ = new MassSection(client_, record, qt(first.name), page_);
+    mass_->on_shown = [this] {
+      if (on_shown) on_shown();
+    };
+    add(mass_);
+  }
+  if (segment_ || !is_of({"trajectory"}) || !first.at.path.starts_with("segments")) return;
+  const std::string_view rest = std::string_view(first.at.path).substr(8);
+  std::optional<std::size_t> index = index_in_path(rest);
+  const Value* all = first.described.find("segments");
+  if (!index && rest.starts_with(".") && all && all->as_list())
+    index = element_at(*all->as_list(), rest.substr(1));
+  if (!index) return;
+  segment_ = new SegmentSection(client_, record, first.name, static_cast<int>(*index) + 1, page_);
+  segment_->on_shown = [this] {
+    if (on_shown) on_shown();
+  };
+  add(segment_);
+}
+
 void PropertiesPanel::set_one(const Shown& shown, const std::string& path,
                               const std::optional<Value>& value, const ioci::Client::Edits& in) {
   const std::string whole = shown.at.path.empty() ? path : shown.at.path + "." + path;
@@ -637,6 +727,7 @@ void PropertiesPanel::edit(const std::string& path, const std::optional<Value>& 
     case Field::Stage::drag_begun:
       gesture_ = client_.begin_gesture(label);
       is_dragged_ = true;
+      if (mass_) mass_->keep_as_before();
       return;
     case Field::Stage::dragged:
       for (const Shown& s : shown_) set_one(s, path, value, gesture_);
@@ -711,6 +802,7 @@ void PropertiesPanel::ask_faults() {
               one.path = one.path.substr(prefix.size() + 1);
             else continue;
           }
+          one.path = with_brackets(one.path);
           all.push_back(std::move(one));
         }
         form_->clear_faults();
@@ -720,30 +812,43 @@ void PropertiesPanel::ask_faults() {
 }
 
 void PropertiesPanel::ask_picture() {
-  if (shown_.size() != 1 || shown_.front().kind != "material" || is_dragged_) return;
-  const int number = ++pictures_;
+  if (shown_.size() != 1 || shown_.front().kind != "material") return;
+  // One at a time, so that those of a drag do not queue.
+  if (is_drawing_) {
+    is_picture_wanted_ = true;
+    return;
+  }
+  is_drawing_ = true;
+  const Handle record = shown_.front().at.record;
   const QString file = QDir::temp().filePath(QString("robomosp-material-%1-%2.png")
                                                  .arg(qulonglong(reinterpret_cast<quintptr>(this)))
-                                                 .arg(number));
+                                                 .arg(++pictures_));
   const double ratio = devicePixelRatioF();
   const int side = static_cast<int>(theme().px(120) * ratio);
   const QPointer<PropertiesPanel> self = this;
   client_.start("material.render",
-                Map{{"id", shown_.front().at.record},
+                Map{{"id", record},
                     {"file", file.toStdString()},
                     {"size", List{side * 4 / 3, side}},
                     {"quality", "draft"},
                     {"axes", false},
                     {"grid", false}},
-                [self, number, file, ratio](const Result<Value>& r) {
+                [self, record, file, ratio](const Result<Value>& r) {
                   QPixmap pixmap;
                   if (r.ok()) pixmap.load(file);
                   QFile::remove(file);
-                  if (!self || number != self->pictures_ || pixmap.isNull()) return;
-                  pixmap.setDevicePixelRatio(ratio);
-                  self->picture_->setPixmap(pixmap);
-                  self->picture_->show();
-                  if (self->on_shown) self->on_shown();
+                  if (!self) return;
+                  self->is_drawing_ = false;
+                  const bool is_shown =
+                      self->shown_.size() == 1 && self->shown_.front().at.record == record;
+                  if (is_shown && !pixmap.isNull()) {
+                    pixmap.setDevicePixelRatio(ratio);
+                    self->picture_->setPixmap(pixmap);
+                    self->picture_->show();
+                    if (self->on_shown) self->on_shown();
+                  }
+                  if (std::exchange(self->is_picture_wanted_, false) || !is_shown)
+                    self->ask_picture();
                 });
 }
 

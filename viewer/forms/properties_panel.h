@@ -24,6 +24,9 @@ class QVBoxLayout;
 namespace robomosp::viewer {
 
 class JointSection;
+class MassSection;
+class SegmentSection;
+class UsersSection;
 class SchemaForm;
 
 /// The fields of a table of fields at a path of a record: of the record itself, of an element of a
@@ -56,12 +59,20 @@ class PropertiesPanel : public QWidget {
   [[nodiscard]] SchemaForm* form() const { return form_; }
   /// The joints of the selected robot of a world; null = none is selected.
   [[nodiscard]] JointSection* joints() const { return joints_; }
+  /// Sections below the fields; null = the selection has none.
+  [[nodiscard]] MassSection* mass() const { return mass_; }
+  [[nodiscard]] UsersSection* users() const { return users_; }
+  [[nodiscard]] SegmentSection* segment() const { return segment_; }
   [[nodiscard]] QString title() const;
   /// The sentence of an edit that was refused and has no field.
   [[nodiscard]] QString outcome() const;
 
   std::function<void()> on_shown;  ///< after fields or values changed
   std::function<void(const std::string& page)> on_help;
+  std::function<void(const Handle&)> on_go;  ///< a link to another record
+  /// Gives the pose of the camera of the current view; empty = poses offer none. Counts for forms
+  /// drawn afterwards.
+  std::function<void(std::function<void(const Value&)>)> pose_of_view;
 
  private:
   struct Shown;
@@ -69,6 +80,8 @@ class PropertiesPanel : public QWidget {
   void take_values();
   void draw();
   void draw_joints();
+  void draw_sections();
+  void drop_sections();
   void edit(const std::string& path, const std::optional<Value>& value, int stage);
   void set_one(const Shown& shown, const std::string& path, const std::optional<Value>& value,
                const ioci::Client::Edits& in);
@@ -82,6 +95,9 @@ class PropertiesPanel : public QWidget {
   std::map<std::string, Schema> schemas_;  ///< by kind
   SchemaForm* form_ = nullptr;
   JointSection* joints_ = nullptr;
+  MassSection* mass_ = nullptr;
+  UsersSection* users_ = nullptr;
+  SegmentSection* segment_ = nullptr;
   std::string form_of_;  ///< kind and path that the form was drawn for
   std::shared_ptr<FormContext> context_;
   QLabel *title_, *subtitle_, *outcome_, *picture_;
@@ -92,6 +108,7 @@ class PropertiesPanel : public QWidget {
   int asked_ = 0, pictures_ = 0;
   std::size_t missing_ = 0;
   bool is_dragged_ = false;
+  bool is_drawing_ = false, is_picture_wanted_ = false;  ///< the picture of a material
   QTimer refresh_timer_, fault_timer_;
 };
 

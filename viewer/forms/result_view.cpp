@@ -3,9 +3,11 @@
 
 #include <algorithm>
 
-#include <QAbstractTableModel>
+#include <QApplication>
+#include <QClipboard>
 #include <QHBoxLayout>
 #include <QHeaderView>
+#include <QKeyEvent>
 #include <QLabel>
 #include <QPlainTextEdit>
 #include <QPushButton>
@@ -17,6 +19,8 @@
 #include "kernel/units.h"
 #include "viewer/forms/form_context.h"
 #include "viewer/forms/plot_view.h"
+#include "viewer/forms/result_picture.h"
+#include "viewer/forms/result_table.h"
 #include "viewer/theme/theme.h"
 #include "viewer/widgets/choice_field.h"
 #include "viewer/widgets/field.h"
@@ -25,160 +29,30 @@
 namespace robomosp::viewer {
 namespace {
 
-constexpr std::size_t kLongestText = 200'000;  // bytes of a value shown as text
+constexpr std::size_t kLongestText = 20'000;     // bytes of a value shown as text
+constexpr QSize kMostPicturePixels(3840, 2160);  // of a picture as it is kept
 
 const char* const kModes[] = {"plot", "table", "picture", "value"};
-
-QString cell_text(const Value& v) {
-  if (v.is_nil()) return {};
-  if (v.is_number()) return number_text(v.number());
-  if (v.as_string()) return qt(*v.as_string());
-  constexpr std::size_t kMost = 120;
-  const std::string s = beginning_of_literal(v, kMost);
-  return qt(s.size() > kMost ? s.substr(0, kMost) + "…" : s);
-}
-
-class ResultModel : public QAbstractTableModel {
- public:
-  explicit ResultModel(ResultTable table, QObject* parent)
-      : QAbstractTableModel(parent), table_(std::move(table)) {}
-  int rowCount(const QModelIndex& parent) const override {
-    return parent.isValid() ? 0 : static_cast<int>(table_.rows.size());
-  }
-  int columnCount(const QModelIndex& parent) const override {
-    return parent.isValid() ? 0 : static_cast<int>(table_.columns.size());
-  }
-  QVariant data(const QModelIndex& index, int role) const override {
-    const auto& row = table_.rows[static_cast<std::size_t>(index.row())];
-    const auto c = static_cast<std::size_t>(index.column());
-    if (c >= row.size()) return {};
-    if (role == Qt::DisplayRole || role == Qt::ToolTipRole) return cell_text(row[c]);
-    if (role == Qt::TextAlignmentRole && row[c].is_number())
-      return QVariant::fromValue(Qt::AlignRight | Qt::AlignVCenter);
-    if (role == Qt::FontRole && row[c].is_number()) return theme().mono;
-    return {};
-  }
-  QVariant headerData(int section, Qt::Orientation orientation, int role) const override {
-    if (role != Qt::DisplayRole) return {};
-    if (orientation == Qt::Vertical) return section + 1;
-    const auto c = static_cast<std::size_t>(section);
-    QString s = qt(table_.columns[c]);
-    if (c < table_.units.size() && !table_.units[c].empty())
-      s += " [" + unit_text(table_.units[c]) + "]";
-    return s;
-  }
-
- private:
-  ResultTable table_;
-};
-
-bool is_plain(const Value& v) { return !v.as_list() && !v.as_map() && !v.as_array(); }
-
-bool rises(const std::vector<std::vector<Value>>& rows) {
-  for (std::size_t i = 1; i < rows.size(); ++i)
-    if (!(rows[i][0].number() > rows[i - 1][0].number())) return false;
-  return rows.size() > 2;
-}
 
 std::shared_ptr<PlotData> plot_of(const ResultTable& table) {
   auto out = std::make_shared<PlotData>();
   if (table.columns.empty()) return out;
   const auto unit = [&](std::size_t c) { return c < table.units.size() ? table.units[c] : ""; };
+  const std::size_t count = table.row_count();
   out->x_name = table.columns[0];
   out->x_unit = unit(0);
-  for (const auto& row : table.rows) out->x.push_back(row.empty() ? 0 : row[0].number());
+  out->x.reserve(count);
+  for (std::size_t r = 0; r < count; ++r) out->x.push_back(table.number(r, 0));
   for (std::size_t c = 1; c < table.columns.size(); ++c) {
     PlotData::Column column{table.columns[c], unit(c), {}};
-    for (const auto& row : table.rows)
-      column.values.push_back(c < row.size() ? row[c].number() : 0);
+    column.values.reserve(count);
+    for (std::size_t r = 0; r < count; ++r) column.values.push_back(table.number(r, c));
     out->columns.push_back(std::move(column));
   }
   return out;
 }
 
 }  // namespace
-
-ResultTable table_of(const Value& v) {
-  ResultTable t;
-  if (const NumericArray* a = v.as_array()) {
-    const std::size_t cols = a->is_matrix() ? a->cols() : 1;
-    for (std::size_t c = 0; c < cols; ++c) {
-      t.columns.push_back(a->is_matrix() ? std::to_string(c + 1) : "value");
-      t.units.push_back(a->unit());
-    }
-    for (std::size_t r = 0; r < a->rows(); ++r) {
-      t.rows.emplace_back();
-      for (std::size_t c = 0; c < cols; ++c) t.rows.back().emplace_back((*a)[r * cols + c]);
-    }
-    return t;
-  }
-  if (const List* list = v.as_list()) {
-    if (list->empty()) return t;
-    const bool are_maps = std::all_of(list->begin(), list->end(),
-                                      [](const Value& e) { return e.as_map() != nullptr; });
-    if (are_maps) {
-      for (const Value& each : *list)
-        for (const auto& [name, value] : *each.as_map())
-          if (std::find(t.columns.begin(), t.columns.end(), name) == t.columns.end())
-            t.columns.push_back(name);
-      for (const Value& each : *list) {
-        t.rows.emplace_back();
-        for (const std::string& name : t.columns) {
-          const Value* cell = each.as_map()->find(name);
-          t.rows.back().push_back(cell ? *cell : Value());
-        }
-      }
-      return t;
-    }
-    const bool are_rows = std::all_of(list->begin(), list->end(),
-                                      [](const Value& e) { return e.as_list() || e.as_array(); });
-    if (are_rows) {
-      std::size_t cols = 0;
-      for (const Value& each : *list) {
-        t.rows.push_back(elements_of(each));
-        cols = std::max(cols, t.rows.back().size());
-      }
-      for (auto& row : t.rows) row.resize(cols);
-      for (std::size_t c = 0; c < cols; ++c) t.columns.push_back(std::to_string(c + 1));
-      return t;
-    }
-    t.columns = {"value"};
-    for (const Value& each : *list) t.rows.push_back({each});
-    return t;
-  }
-  if (const Map* m = v.as_map()) {
-    if (m->empty()) return t;
-    // Columns of equal length.
-    std::size_t length = 0;
-    bool are_columns = m->size() > 1;
-    for (const auto& [name, value] : *m) {
-      const auto parts = elements_of(value);
-      if (parts.size() < 2 || (length != 0 && parts.size() != length) ||
-          !std::all_of(parts.begin(), parts.end(), is_plain))
-        are_columns = false;
-      else length = parts.size();
-    }
-    if (are_columns) {
-      t.rows.resize(length);
-      for (const auto& [name, value] : *m) {
-        t.columns.push_back(name);
-        t.units.push_back(value.as_array() ? value.as_array()->unit() : "");
-        const auto parts = elements_of(value);
-        for (std::size_t r = 0; r < length; ++r) t.rows[r].push_back(parts[r]);
-      }
-      t.is_curve = std::all_of(t.rows.begin(), t.rows.end(),
-                               [](const auto& row) {
-                                 return std::all_of(row.begin(), row.end(),
-                                                    [](const Value& e) { return e.is_number(); });
-                               }) &&
-                   rises(t.rows);
-      return t;
-    }
-    t.columns = {"field", "value"};
-    for (const auto& [name, value] : *m) t.rows.push_back({Value(name), value});
-  }
-  return t;
-}
 
 ResultView::ResultView(ioci::Client& client, QWidget* parent) : QWidget(parent), client_(client) {
   const Theme& t = theme();
@@ -219,7 +93,12 @@ ResultView::ResultView(ioci::Client& client, QWidget* parent) : QWidget(parent),
   table_ = new QTableView(stack_);
   table_->setObjectName("result.table");
   table_->setAccessibleName("Result as a table");
-  table_->setToolTip("Ctrl+C copies the selected cells.");
+  table_->setToolTip("Ctrl+C copies the selected cells; a click on a heading sorts by it.");
+  table_->installEventFilter(this);
+  constexpr int kMeasuredRows = 100;  // for widths of columns
+  table_->horizontalHeader()->setResizeContentsPrecision(kMeasuredRows);
+  table_->horizontalHeader()->setSortIndicatorClearable(true);
+  table_->verticalHeader()->setSectionResizeMode(QHeaderView::Fixed);
   table_->verticalHeader()->setDefaultSectionSize(t.row);
   table_->horizontalHeader()->setStretchLastSection(true);
   table_->setShowGrid(false);
@@ -302,8 +181,11 @@ void ResultView::clear() {
 
 void ResultView::show_table(ResultTable table) {
   QAbstractItemModel* before = table_->model();
+  table_->setSortingEnabled(false);
   table_->setModel(new ResultModel(std::move(table), table_));
   delete before;
+  table_->horizontalHeader()->setSortIndicator(-1, Qt::AscendingOrder);
+  table_->setSortingEnabled(true);
   table_->resizeColumnsToContents();
 }
 
@@ -311,12 +193,9 @@ void ResultView::show_result(const Value& result, const std::string& unit) {
   ++asked_;
   if (const Handle* h = result.as_handle(); h && h->kind == "recording") return show_recording(*h);
   std::vector<std::string> modes;
-  if (const Map* m = result.as_map())
-    if (const Value* file = m->find("file");
-        file && file->as_string() && show_picture_file(*file->as_string()))
-      modes.emplace_back("picture");
+  if (const auto picture = picture_of(result); picture && show_picture(*picture))
+    modes.emplace_back("picture");
   if (const std::string* s = result.as_string()) {
-    if (show_picture_file(*s)) modes.emplace_back("picture");
     text_->setPlainText(qt(s->substr(0, kLongestText)));
   } else {
     std::string beginning = beginning_of_literal(result, kLongestText);
@@ -359,15 +238,9 @@ void ResultView::show_recording(const Handle& recording) {
             [this, number, table](const Result<Value>& values) {
               if (number != asked_ || !values.ok() || !values->as_array()) return;
               ResultTable whole = table;
-              const NumericArray& a = *values->as_array();
-              const std::size_t cols = a.is_matrix() ? a.cols() : 1;
-              for (std::size_t row = 0; row < a.rows(); ++row) {
-                whole.rows.emplace_back();
-                for (std::size_t c = 0; c < cols; ++c)
-                  whole.rows.back().emplace_back(a[row * cols + c]);
-              }
+              whole.numbers = *values->as_array();
               std::vector<std::string> modes;
-              if (rises(whole.rows) && cols > 1) {
+              if (whole.rises() && whole.columns.size() > 1) {
                 set_plot(plot_of(whole));
                 modes.emplace_back("plot");
               }
@@ -383,11 +256,8 @@ void ResultView::show_recording(const Handle& recording) {
       });
 }
 
-bool ResultView::show_picture_file(const std::string& file) {
-  const QString name = qt(file);
-  if (!name.endsWith(".png", Qt::CaseInsensitive) && !name.endsWith(".gif", Qt::CaseInsensitive))
-    return false;
-  pixmap_ = QPixmap(name);
+bool ResultView::show_picture(const ResultPicture& picture) {
+  pixmap_ = QPixmap::fromImage(draw_picture(picture, kMostPicturePixels));
   if (pixmap_.isNull()) return false;
   fit_picture();
   return true;
@@ -400,6 +270,17 @@ void ResultView::fit_picture() {
       pixmap_.scaled(stack_->size() * ratio, Qt::KeepAspectRatio, Qt::SmoothTransformation);
   fitted.setDevicePixelRatio(ratio);
   picture_->setPixmap(fitted);
+}
+
+bool ResultView::eventFilter(QObject* object, QEvent* event) {
+  if (object == table_ && event->type() == QEvent::KeyPress &&
+      static_cast<QKeyEvent*>(event)->matches(QKeySequence::Copy)) {
+    const auto* model = static_cast<const ResultModel*>(table_->model());
+    if (model && table_->selectionModel())
+      QApplication::clipboard()->setText(model->text_of(table_->selectionModel()->selection()));
+    return true;
+  }
+  return QWidget::eventFilter(object, event);
 }
 
 void ResultView::changeEvent(QEvent* event) {

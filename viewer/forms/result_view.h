@@ -10,6 +10,7 @@
 
 #include "ioci/client/client.h"
 #include "kernel/value.h"
+#include "viewer/forms/result_table.h"
 
 class QLabel;
 class QPlainTextEdit;
@@ -22,15 +23,7 @@ namespace robomosp::viewer {
 class ChoiceField;
 class PlotView;
 struct PlotData;
-
-/// A result as rows and columns: a list of maps, a matrix, a map of columns of equal length, a
-/// vector, a map of plain values. Empty columns = it has none of these forms.
-struct ResultTable {
-  std::vector<std::string> columns, units;
-  std::vector<std::vector<Value>> rows;
-  bool is_curve = false;  ///< all columns are numbers with a first one that rises: worth a plot
-};
-[[nodiscard]] ResultTable table_of(const Value& result);
+struct ResultPicture;
 
 /// Chooses how to show a result by its form; tabs switch between the modes that apply. Recordings
 /// are asked for their columns. [GUI thread]
@@ -50,6 +43,7 @@ class ResultView : public QWidget {
   [[nodiscard]] QLabel* picture() const { return picture_; }
 
  protected:
+  bool eventFilter(QObject* object, QEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void changeEvent(QEvent* event) override;
 
@@ -59,7 +53,7 @@ class ResultView : public QWidget {
   void set_modes(std::vector<std::string> modes);
   void show_table(ResultTable table);
   void show_recording(const Handle& recording);
-  bool show_picture_file(const std::string& file);
+  bool show_picture(const ResultPicture& picture);
   void fit_picture();
   ioci::Client& client_;
   std::vector<std::string> modes_;

@@ -3,13 +3,19 @@
 
 #include <algorithm>
 
+#include <QApplication>
+#include <QClipboard>
+#include <QContextMenuEvent>
+#include <QElapsedTimer>
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QMenu>
 #include <QPushButton>
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include "kernel/literal.h"
 #include "kernel/type.h"
 #include "kernel/type_forms.h"
 #include "viewer/forms/composite_fields.h"
@@ -20,189 +26,32 @@
 namespace robomosp::viewer {
 namespace {
 
-/// A sentence in the colour of faults with the remedies as links below.
-QWidget* fault_box(const ShownFault& fault,
-                   const std::function<void(const FaultRemedy&)>& on_remedy, const QString& name,
-                   QWidget* parent) {
-  auto* box = new QWidget(parent);
-  box->setObjectName(name);
-  box->setAccessibleName("Fault");
-  auto* column = new QVBoxLayout(box);
-  column->setContentsMargins(0, 0, 0, theme().px(2));
-  column->setSpacing(0);
-  auto* sentence = new QLabel(fault.sentence, box);
-  sentence->setObjectName(name + ".sentence");
-  sentence->setAccessibleName("Fault: " + fault.sentence);
-  sentence->setToolTip("The fault of this value.");
-  sentence->setProperty("fault", true);
-  sentence->setWordWrap(true);
-  sentence->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  column->addWidget(sentence);
-  if (!fault.remedies.empty() && on_remedy) {
-    auto* row = new QHBoxLayout;
-    row->setContentsMargins(0, 0, 0, 0);
-    row->setSpacing(theme().px(8));
-    int i = 0;
-    for (const FaultRemedy& remedy : fault.remedies) {
-      auto* button = new QPushButton(qt(remedy.label), box);
-      button->setProperty("link", true);
-      button->setObjectName(QString("%1.remedy%2").arg(name).arg(++i));
-      button->setAccessibleName(qt(remedy.label));
-      button->setToolTip(remedy.is_tried ? "This was tried and removes the fault."
-                                         : "This may help; it was not tried.");
-      QObject::connect(button, &QPushButton::clicked, box,
-                       [on_remedy, remedy] { on_remedy(remedy); });
-      row->addWidget(button);
-    }
-    row->addStretch();
-    column->addLayout(row);
+void add_stops(QWidget* w, std::vector<QWidget*>& out);
+
+void add_stops_of(QLayout* layout, std::vector<QWidget*>& out) {
+  for (int i = 0; i < layout->count(); ++i) {
+    QLayoutItem* item = layout->itemAt(i);
+    if (item->widget()) add_stops(item->widget(), out);
+    else if (item->layout()) add_stops_of(item->layout(), out);
   }
-  return box;
 }
 
-/// A label from a name: "sample_time" as "Sample time".
-QString readable(const std::string& label) {
-  QString s = qt(label);
-  s.replace('_', ' ');
-  if (!s.isEmpty() && s[0].isLower() && s.size() > 1) s[0] = s[0].toUpper();
-  return s;
+/// The widgets within one that the Tab key reaches, in the order of the layout.
+void add_stops(QWidget* w, std::vector<QWidget*>& out) {
+  if ((w->focusPolicy() & Qt::TabFocus) && !w->focusProxy()) out.push_back(w);
+  if (w->layout()) return add_stops_of(w->layout(), out);
+  for (QObject* child : w->children())
+    if (auto* part = qobject_cast<QWidget*>(child); part && !part->isWindow()) add_stops(part, out);
 }
 
-/// The record that a command is about is called by its kind: "Robot" rather than "Id".
-QString label_of(const ParamSpec& p) {
-  const TypeTree& t = type_tree(p.type);
-  if (p.name == "id" && t.kind == TypeKind::reference && t.notes.label.empty() && p.label.empty())
-    return readable(t.words.empty() || t.words.front() == "any" ? "record" : t.words.front());
-  return readable(form_label(p));
+/// Makes the Tab key follow the order of reading.
+void order_stops(QWidget& form) {
+  std::vector<QWidget*> stops;
+  add_stops(&form, stops);
+  for (std::size_t i = 1; i < stops.size(); ++i) QWidget::setTabOrder(stops[i - 1], stops[i]);
 }
 
 }  // namespace
-
-ShownFault shown_fault(const Fault& fault) {
-  ShownFault out;
-  out.path = fault.subject.argument.empty() ? fault.subject.path : fault.subject.argument;
-  // At its place a fault needs no place in its sentence.
-  Fault plain = fault;
-  if (!out.path.empty()) plain.where.clear();
-  QString s = qt(sentence(plain));
-  if (!s.isEmpty()) s[0] = s[0].toUpper();
-  out.sentence = s;
-  out.remedies = fault.remedies;
-  return out;
-}
-
-// ---- FormRowWidget ----
-
-FormRowWidget::FormRowWidget(const FormContextPtr& context, const ParamSpec& param,
-                             const std::string& path, QWidget* parent)
-    : QWidget(parent), param_(param), label_(new QLabel(this)), grid_(new QGridLayout(this)) {
-  const Theme& t = theme();
-  const QString name = qt(context->title + "." + path);
-  setObjectName(name + ".row");
-  setAccessibleName(label_of(param_));
-  field_ = make_field(context, param_, path, this);
-  if (param_.required)
-    if (auto* options = dynamic_cast<OptionsField*>(field_)) options->open_editor(false);
-  label_->setObjectName(name + ".label");
-  label_->setText(label_of(param_));
-  label_->setProperty("dim", true);
-  label_->setAccessibleName(label_->text());
-  label_->setToolTip(field_->toolTip());
-  label_->setBuddy(field_);
-  label_->setAlignment(Qt::AlignLeft | Qt::AlignVCenter);
-  grid_->setContentsMargins(0, t.px(2), 0, t.px(2));
-  grid_->setHorizontalSpacing(0);
-  grid_->setVerticalSpacing(t.px(2));
-  take_lengths();
-  arrange();
-}
-
-void FormRowWidget::set_is_inner(bool on) {
-  is_inner_ = on;
-  take_lengths();
-}
-
-void FormRowWidget::take_lengths() {
-  const Theme& t = theme();
-  constexpr int kInnerLabel = 84;  // of the design [px]
-  label_->setFixedWidth(is_inner_ ? t.px(kInnerLabel) : t.label_width);
-  label_->setMinimumHeight(t.field_height);
-}
-
-void FormRowWidget::arrange() {
-  grid_->removeWidget(label_);
-  grid_->removeWidget(field_);
-  grid_->addWidget(label_, 0, 0, Qt::AlignTop);
-  grid_->setColumnMinimumWidth(1, theme().mark_width);
-  grid_->addWidget(field_, 0, 2, Qt::AlignTop);
-  grid_->setColumnStretch(2, 1);
-}
-
-void FormRowWidget::set_changed(bool on) {
-  if (is_changed_ == on) return;
-  is_changed_ = on;
-  QFont f = label_->font();
-  label_->setProperty("dim", !on);
-  label_->setStyleSheet(on ? QString("color: %1;").arg(theme().text.name()) : QString());
-  label_->setFont(f);
-  update();
-}
-
-void FormRowWidget::paintEvent(QPaintEvent*) {
-  if (!is_changed_) return;
-  const Theme& t = theme();
-  QPainter p(this);
-  p.setRenderHint(QPainter::Antialiasing);
-  p.setPen(Qt::NoPen);
-  p.setBrush(t.accent);
-  const double r = t.px(2);
-  p.drawEllipse(QPointF(label_->geometry().right() + t.mark_width / 2.0,
-                        label_->geometry().top() + t.field_height / 2.0),
-                r, r);
-}
-
-void FormRowWidget::changeEvent(QEvent* event) {
-  if (event->type() == QEvent::StyleChange) {
-    take_lengths();
-    const bool on = is_changed_;
-    is_changed_ = !on;
-    set_changed(on);
-  }
-  QWidget::changeEvent(event);
-}
-
-void FormRowWidget::show_fault(const ShownFault& fault,
-                               const std::function<void(const FaultRemedy&)>& on_remedy) {
-  if (!faults_) {
-    faults_ = new QWidget(this);
-    faults_->setObjectName(objectName() + ".faults");
-    faults_->setAccessibleName("Faults");
-    fault_column_ = new QVBoxLayout(faults_);
-    fault_column_->setContentsMargins(0, 0, 0, 0);
-    fault_column_->setSpacing(theme().px(2));
-    grid_->addWidget(faults_, 1, 0, 1, 3);
-  }
-  fault_column_->addWidget(fault_box(
-      fault, on_remedy, field_->objectName() + QString(".fault%1").arg(fault_column_->count() + 1),
-      faults_));
-  faults_->show();
-}
-
-void FormRowWidget::clear_faults() {
-  field_->clear_faults();
-  if (!faults_) return;
-  faults_->hide();
-  faults_->deleteLater();
-  faults_ = nullptr;
-  fault_column_ = nullptr;
-}
-
-QString FormRowWidget::fault_text() const {
-  QStringList all;
-  if (faults_)
-    for (const QLabel* label : faults_->findChildren<QLabel*>()) all << label->text();
-  return all.join('\n');
-}
 
 // ---- SchemaForm ----
 
@@ -257,6 +106,9 @@ SchemaForm::SchemaForm(FormContextPtr context, Schema schema, std::string prefix
   std::stable_sort(entries_.begin(), entries_.end(), [](const auto& a, const auto& b) {
     return a->group != b->group ? a->group < b->group : a->notes.order < b->notes.order;
   });
+  rest_.setSingleShot(true);
+  rest_.setInterval(0);
+  QObject::connect(&rest_, &QTimer::timeout, this, [this] { make_rows(); });
   refresh();
 }
 
@@ -276,18 +128,69 @@ void SchemaForm::make_row(Entry& e) {
   Entry* entry = &e;
   e.row->field()->on_height = [this] {
     if (columns_ > 1) arrange();
+    else order_stops(*this);
   };
   e.row->field()->on_change = [this, entry](Field::Stage stage) { take(*entry, stage); };
+  e.row->on_default = [this, entry] {
+    entry->row->clear_faults();
+    entry->row->field()->set_value(std::nullopt);
+    refresh();
+    if (on_change) on_change(entry->param->name, std::nullopt, Field::Stage::changed);
+  };
+  if (baseline_) mark_row(e, values());
+}
+
+void SchemaForm::mark_row(Entry& e, const Map& now) {
+  if (!baseline_) return;
+  const Value* a = baseline_->find(e.param->name);
+  const Value* b = now.find(e.param->name);
+  e.row->set_changed((a == nullptr) != (b == nullptr) || (a && b && !(*a == *b)));
+  e.row->on_saved = [this, entry = &e] {
+    if (!baseline_) return;
+    const Value* saved = baseline_->find(entry->param->name);
+    const auto value = saved ? std::optional(*saved) : std::nullopt;
+    entry->row->clear_faults();
+    entry->row->field()->set_value(value);
+    refresh();
+    if (on_change) on_change(entry->param->name, value, Field::Stage::changed);
+  };
+}
+
+void SchemaForm::make_rows() {
+  // The rest follows when the window has taken its other events.
+  QElapsedTimer clock;
+  clock.start();
+  bool has_made = false;
+  for (const auto& e : entries_) {
+    if (!e->is_shown || e->row) continue;
+    if (has_made && clock.elapsed() >= slice_ms) {
+      rest_.start();
+      break;
+    }
+    make_row(*e);
+    mark_required(*e);
+    has_made = true;
+  }
+  if (!has_made) return;
+  arrange();
+  if (on_grown) on_grown();
+}
+
+bool SchemaForm::is_complete() const {
+  return std::all_of(entries_.begin(), entries_.end(),
+                     [](const auto& e) { return !e->is_shown || e->row; });
 }
 
 void SchemaForm::take(Entry& e, Field::Stage stage) {
   Field* field = e.row->field();
   if (stage != Field::Stage::drag_begun) {
-    const QString fault = field->fault();
+    // Those that the field found itself stay.
+    const auto found = field->shown_faults();
     e.row->clear_faults();
-    if (!fault.isEmpty()) {  // found by the field itself
-      field->set_fault(fault);
-      e.row->show_fault({e.param->name, fault, {}}, {});
+    for (const PartFault& each : found) {
+      (void)field->place_fault(each.path, each.sentence);
+      if (!field->shows_sentence(each.path))
+        e.row->show_fault({e.param->name + each.path, each.sentence, {}}, {});
     }
   }
   const std::string path = e.param->name + field->changed_path();
@@ -328,13 +231,27 @@ Map SchemaForm::values() const {
 }
 
 Field* SchemaForm::field(std::string_view name) const {
-  const Entry* e = entry(name);
-  return e && e->row ? e->row->field() : nullptr;
+  FormRowWidget* made = row(name);
+  return made ? made->field() : nullptr;
 }
 
 FormRowWidget* SchemaForm::row(std::string_view name) const {
-  const Entry* e = entry(name);
+  Entry* e = entry(name);
+  if (e && e->is_shown && !e->row) {
+    auto* self = const_cast<SchemaForm*>(this);  // only the time at which it is made differs
+    self->make_row(*e);
+    self->arrange();
+  }
   return e ? e->row : nullptr;
+}
+
+std::vector<PartFault> SchemaForm::field_faults() const {
+  std::vector<PartFault> out;
+  for (const auto& e : entries_)
+    if (e->row && e->is_shown)
+      for (PartFault& each : e->row->field()->shown_faults())
+        out.push_back({e->param->name + each.path, std::move(each.sentence)});
+  return out;
 }
 
 bool SchemaForm::is_shown(std::string_view name) const {
@@ -376,22 +293,23 @@ void SchemaForm::refresh() {
     const bool is_given = now.find(e->param->name) != nullptr;
     const bool shows = applies && (!e->notes.is_advanced || shows_advanced_ || is_given) &&
                        !(groups_[e->group]->is_folded);
-    if (shows && !e->row) make_row(*e);
     is_other = is_other || shows != e->is_shown || (shows && e->row && e->row->parent() != this);
     e->is_shown = shows;
     if (e->row) {
-      if (baseline_) {
-        const Value* a = baseline_->find(e->param->name);
-        const Value* b = now.find(e->param->name);
-        e->row->set_changed((a == nullptr) != (b == nullptr) || (a && b && !(*a == *b)));
-      }
-      const QString source = e->row->field()->source();
-      if (e->param->required && !is_given && source.isEmpty())
-        e->row->field()->set_source("required");
-      if (is_given && source == "required") e->row->field()->set_source({});
+      mark_row(*e, now);
+      mark_required(*e);
     }
   }
   if (is_other || grid_->count() == 0) arrange();
+  if (!rest_.isActive()) make_rows();  // otherwise they follow
+}
+
+void SchemaForm::mark_required(Entry& e) {
+  Field* field = e.row->field();
+  const auto value = field->value();
+  const bool is_given = value && !value->is_nil();
+  if (e.param->required && !is_given && field->source().isEmpty()) field->set_source("required");
+  if (is_given && field->source() == "required") field->set_source({});
 }
 
 void SchemaForm::arrange() {
@@ -406,7 +324,6 @@ void SchemaForm::arrange() {
     column = 0;
   };
   std::size_t group = groups_.size();
-  QWidget* last = nullptr;
   for (const auto& e : entries_) {
     if (e->group != group) {
       group = e->group;
@@ -438,8 +355,6 @@ void SchemaForm::arrange() {
     const bool is_wide = columns_ > 1 && e->row->field()->is_tall();
     if (is_wide) next_line();
     grid_->addWidget(e->row, line, column, 1, is_wide ? columns_ : 1);
-    if (last) QWidget::setTabOrder(last, e->row->field());
-    last = e->row->field();
     column += is_wide ? columns_ : 1;
     if (column >= columns_) next_line();
   }
@@ -470,6 +385,7 @@ void SchemaForm::arrange() {
   }
   grid_->addWidget(general_faults_, line++, 0, 1, columns_);
   for (int c = 0; c < 4; ++c) grid_->setColumnStretch(c, c < columns_ ? 1 : 0);
+  order_stops(*this);
   updateGeometry();
 }
 
@@ -497,9 +413,15 @@ bool SchemaForm::show_faults(const std::vector<ShownFault>& faults) {
       general_faults_->show();
       continue;
     }
+    if (!e->row) {  // one that is shown and follows
+      make_row(*e);
+      arrange();
+    }
     const std::string rest = end == std::string::npos ? std::string() : fault.path.substr(end);
     (void)e->row->field()->place_fault(rest, fault.sentence);
-    e->row->show_fault(fault, on_remedy);
+    // Fields with forms write it below the row of the part, but without remedies.
+    if (!fault.remedies.empty() || !e->row->field()->shows_sentence(rest))
+      e->row->show_fault(fault, on_remedy);
   }
   return all;
 }

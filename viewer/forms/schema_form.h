@@ -9,60 +9,21 @@
 #include <string>
 #include <vector>
 
+#include <QTimer>
 #include <QWidget>
 
 #include "kernel/fault.h"
 #include "kernel/schema.h"
 #include "viewer/forms/form_context.h"
+#include "viewer/forms/form_row.h"
 #include "viewer/widgets/field.h"
 
 class QGridLayout;
-class QLabel;
 class QPushButton;
 class QToolButton;
 class QVBoxLayout;
 
 namespace robomosp::viewer {
-
-/// A fault with what a form shows of it.
-struct ShownFault {
-  std::string path;  ///< of the value: "links[2].alpha"; empty = of the whole form
-  QString sentence;
-  std::vector<FaultRemedy> remedies;
-};
-[[nodiscard]] ShownFault shown_fault(const Fault& fault);
-
-/// One field with its label, mark, and the sentences of its faults below.
-class FormRowWidget : public QWidget {
- public:
-  FormRowWidget(const FormContextPtr& context, const ParamSpec& param, const std::string& path,
-                QWidget* parent);
-  [[nodiscard]] Field* field() const { return field_; }
-  [[nodiscard]] const ParamSpec& param() const { return param_; }
-  void set_changed(bool on);
-  [[nodiscard]] bool is_changed() const { return is_changed_; }
-  void show_fault(const ShownFault& fault,
-                  const std::function<void(const FaultRemedy&)>& on_remedy);
-  void clear_faults();
-  [[nodiscard]] QString fault_text() const;
-  /// A row of a form within a form has a narrower label.
-  void set_is_inner(bool on);
-
- protected:
-  void paintEvent(QPaintEvent* event) override;
-  void changeEvent(QEvent* event) override;
-
- private:
-  void arrange();
-  void take_lengths();
-  ParamSpec param_;
-  QLabel* label_;
-  Field* field_;
-  QGridLayout* grid_;
-  QWidget* faults_ = nullptr;
-  QVBoxLayout* fault_column_ = nullptr;
-  bool is_changed_ = false, is_inner_ = false;
-};
 
 /// The fields of a schema under headings that fold, in one or two columns. Fields are hidden while
 /// their condition does not hold, and advanced ones until "more" is chosen. It runs nothing.
@@ -94,6 +55,13 @@ class SchemaForm : public QWidget {
   /// through on_remedy like the others.
   bool show_faults(const std::vector<ShownFault>& faults);
   void clear_faults();
+  /// The faults that fields show, with their paths within the form.
+  [[nodiscard]] std::vector<PartFault> field_faults() const;
+  /// True if all rows that are shown are made. Rows are made a few at a time, so that the thread
+  /// of the window is not kept; field() and row() make the one that is asked for.
+  [[nodiscard]] bool is_complete() const;
+  /// Time that rows are made for at once [ms], less than a frame; 0 makes one row at a time.
+  static inline int slice_ms = 6;
 
   /// Called after an edit by the user: the path of the changed part within the form ("q",
   /// "links[2].alpha"), its value (nothing = removed), and the stage.
@@ -101,11 +69,15 @@ class SchemaForm : public QWidget {
                      Field::Stage stage)>
       on_change;
   std::function<void(const FaultRemedy&)> on_remedy;
+  std::function<void()> on_grown;  ///< after further rows were made
 
  private:
   struct Entry;
   struct Group;
   void make_row(Entry& entry);
+  void make_rows();
+  void mark_row(Entry& entry, const Map& now);
+  static void mark_required(Entry& entry);
   void arrange();
   void refresh();
   void take(Entry& entry, Field::Stage stage);
@@ -119,6 +91,7 @@ class SchemaForm : public QWidget {
   int columns_ = 1;
   bool shows_advanced_ = false, has_advanced_ = false;
   QGridLayout* grid_;
+  QTimer rest_;  ///< makes the rows that are still missing
   QPushButton* more_ = nullptr;
   QWidget* general_faults_;
   QVBoxLayout* general_column_;

@@ -3,6 +3,7 @@
 // (layer: GUI, private to scene/).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -35,18 +36,22 @@ class Hud {
   };
   void set_caption(const std::string& text);
   void show_axes(bool on);
+  void set_zoom(double zoom) { zoom_ = std::clamp(zoom, 0.5, 4.0); }  ///< of texts
   void set_dark(bool on);  ///< light texts, for a dark background
   void set_legends(std::vector<render::Legend> legends) { legends_ = std::move(legends); }
   /// Puts everything in its place for the next draw; `scale` is pixels per nominal pixel.
   void place(const OrbitCamera& camera, const std::vector<Label>& labels, double scale,
              double shift_x, double shift_y, bool is_linear);
 
+  /// Of the last place(): labels drawn, and those without space.
+  [[nodiscard]] std::size_t labels_shown() const { return labels_shown_; }
+  [[nodiscard]] std::size_t labels_left_out() const { return labels_left_out_; }
   [[nodiscard]] osg::Node* node() { return root_.get(); }
 
  private:
   osg::ref_ptr<osgText::Text> new_text();
   /// The n-th of texts that come and go, made when it is needed first.
-  osgText::Text& text_of(std::size_t n, const std::string& text, bool is_linear);
+  osgText::Text& text_of(std::size_t n, const std::string& text);
   [[nodiscard]] static double width_of(const osgText::Text& text);
   std::size_t place_labels(const OrbitCamera& camera, const std::vector<Label>& labels,
                            double scale, bool is_linear);
@@ -63,9 +68,11 @@ class Hud {
   std::array<osg::ref_ptr<osgText::Text>, 3> letters_;
   osg::ref_ptr<osgText::Text> caption_;
   std::vector<osg::ref_ptr<osgText::Text>> labels_;
-  osg::ref_ptr<osg::Geode> bars_ = new osg::Geode;
+  osg::ref_ptr<osg::Geode> bars_ = new osg::Geode, grounds_ = new osg::Geode;
+  std::size_t labels_shown_ = 0, labels_left_out_ = 0;
   std::vector<render::Legend> legends_;
   bool has_axes_ = true;
+  double zoom_ = 1;
   Colour ink_;
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <vector>
 
@@ -121,14 +120,15 @@ osg::ref_ptr<osg::Geometry> hull_of(const Surface& surface) {
   auto g = empty_geometry();
   const auto positions = vectors_of(surface.positions);
   const auto normals = vectors_of(surface.normals);
-  std::map<osg::Vec3f, osg::Vec3f> sum;
-  for (std::size_t i = 0; i < positions->size(); ++i) {
-    auto& s = sum[(*positions)[i]];
+  const std::vector<std::uint32_t> first = welded(surface);
+  std::vector<osg::Vec3f> sum(first.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    osg::Vec3f& s = sum[first[i]];
     // The same normal met twice shall not outweigh another side of the corner.
     if (s.length2() == 0 || (s * (*normals)[i]) / s.length() < 0.999F) s += (*normals)[i];
   }
-  for (std::size_t i = 0; i < positions->size(); ++i) {
-    osg::Vec3f n = sum[(*positions)[i]];
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    osg::Vec3f n = sum[first[i]];
     n.normalize();
     (*normals)[i] = n;
   }

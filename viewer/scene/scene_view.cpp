@@ -2,6 +2,11 @@
 #include "viewer/scene/scene_view_impl.h"
 
 namespace robomosp::viewer {
+namespace {
+
+constexpr Colour kOrange{1.0F, 0.61F, 0.15F, 1};
+
+}  // namespace
 
 SceneView::Impl::Impl(Quality quality, Target target)
     : is_still(target == Target::memory),
@@ -9,18 +14,19 @@ SceneView::Impl::Impl(Quality quality, Target target)
       lamp(quality == Quality::quality && !is_still ? 2048 : 1024, casters.get(), kCaster),
       sky(512, casters.get(), 0),
       lamp_2(1024, casters.get(), 0),
-      sky_2(512, casters.get(), 0) {
+      sky_2(512, casters.get(), 0),
+      is_quality(quality == Quality::quality) {
   [[maybe_unused]] static const bool is_known = [] {
     osgUtil::RenderBin::addRenderBinPrototype(
         kNearestFirst, new osgUtil::RenderBin(osgUtil::RenderBin::SORT_FRONT_TO_BACK));
     return true;
   }();
-  const ShaderVariant variant{quality == Quality::quality, is_still};
+  const ShaderVariant variant{.is_quality = is_quality, .is_still = is_still};
   surface_program = program_of(surface_shader(variant), "surface");
   edge_program = program_of(edge_shader(variant), "edge");
   outline_program = program_of(outline_shader(variant), "outline");
   // Compiled when first drawn.
-  flat_program = program_of(surface_shader({variant.is_quality, is_still, true}), "flat");
+  mask_program = program_of(caster_shader(), "mask");
   paper_program = program_of(paper_shader(variant), "paper");
   cut_program = program_of(cut_shader(variant), "cut");
   ribbon_program = program_of(ribbon_shader(variant), "ribbon");
@@ -47,9 +53,11 @@ SceneView::Impl::Impl(Quality quality, Target target)
   set_uniform(s, "dash", 0.0F);
   set_uniform(s, "drawn", 0.0F);
   set_uniform(s, "dark", 0.0F);
+  set_uniform(s, "origin", osg::Vec2f(0, 0));
+  set_uniform(s, "accent", linear_of(kOrange));
 
   osg::StateSet* c = casters->getOrCreateStateSet();
-  c->setAttributeAndModes(surface_program);
+  c->setAttributeAndModes(lit_programs().surface);
   c->setAttributeAndModes(new osg::PolygonOffset(1.0F, 1.0F));
   casters->addChild(cuts);
   cuts->getOrCreateStateSet()->setMode(kSectionMode, osg::StateAttribute::OFF);
@@ -66,7 +74,7 @@ SceneView::Impl::Impl(Quality quality, Target target)
   ground->addChild(geode_of(square_of(1), kVisible));
   ground->setCullingActive(false);
   osg::StateSet* g = ground->getOrCreateStateSet();
-  g->setAttributeAndModes(program_of(ground_shader(variant), "ground"));
+  g->setAttributeAndModes(lit_programs().ground);
 
   ribbons->getOrCreateStateSet()->setAttributeAndModes(ribbon_program);
   // Marks are seen through everything: a sliver of the depth range before the scene is theirs.
@@ -97,7 +105,24 @@ SceneView::Impl::Impl(Quality quality, Target target)
   main->setCullingMode(osg::CullSettings::VIEW_FRUSTUM_CULLING);
   main->setCullMask(kVisible);
   main->setClearColor(osg::Vec4(0.5F, 0.5F, 0.5F, 1));
+  main->setClearMask(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   viewer.setSceneData(root);
+}
+
+/// Those for the lamps that light the present frame.
+const SceneView::Impl::LitPrograms& SceneView::Impl::lit_programs() {
+  const bool has_own_lamp = !is_still && (lights.empty() || is_drawing(look.style));
+  const int lamps =
+      is_still || has_own_lamp ? 1 : static_cast<int>(std::min(lights.size(), kMostLamps));
+  LitPrograms& out = lit[has_own_lamp ? 0 : lamps];
+  if (out.surface) return out;
+  ShaderVariant variant{
+      .is_quality = is_quality, .is_still = is_still, .lamps = lamps, .has_own_lamp = has_own_lamp};
+  out.surface = program_of(surface_shader(variant), "surface");
+  out.ground = program_of(ground_shader(variant), "ground");
+  variant.is_flat = true;
+  out.flat = program_of(surface_shader(variant), "flat");
+  return out;
 }
 
 /// Takes over style, section and background; what looks different is built again.
@@ -118,9 +143,11 @@ void SceneView::Impl::sync_look(const Frame& frame) {
   }
   osg::StateSet* c = casters->getOrCreateStateSet();
   const bool is_shaded = !is_drawing(look.style);
-  c->setAttributeAndModes(look.style == Style::flat ? flat_program
-                          : is_shaded               ? surface_program
+  const LitPrograms& programs = lit_programs();
+  c->setAttributeAndModes(look.style == Style::flat ? programs.flat
+                          : is_shaded               ? programs.surface
                                                     : paper_program);
+  ground->getOrCreateStateSet()->setAttributeAndModes(programs.ground);
   if (plane) c->setMode(GL_CULL_FACE, osg::StateAttribute::OFF | osg::StateAttribute::OVERRIDE);
   else c->removeMode(GL_CULL_FACE);
   c->setMode(kSectionMode, plane ? osg::StateAttribute::ON : osg::StateAttribute::OFF);
@@ -145,13 +172,14 @@ void SceneView::Impl::sync_look(const Frame& frame) {
 }
 
 void SceneView::Impl::show_darkness() {
-  const bool is_on = is_dark && has_studio(look);
+  const bool is_on = (is_dark || asks_for_darkness(look)) && has_studio(look);
   set_uniform(root->getStateSet(), "dark", is_on ? 1.0F : 0.0F);
   hud->set_dark(is_on);
 }
 
 void SceneView::Impl::apply_time() {
   if (!playback || !time) return;
+  has_new_casters = true;
   const auto poses = poses_at(*playback, *time);
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const std::uint64_t id = playback->ids[k];
@@ -177,9 +205,9 @@ void SceneView::Impl::prepare() {
     osg::Camera* main = viewer.getCamera();
     main->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
     main->detach(osg::Camera::COLOR_BUFFER);
-    main->detach(osg::Camera::DEPTH_BUFFER);
+    main->detach(osg::Camera::PACKED_DEPTH_STENCIL_BUFFER);
     main->attach(osg::Camera::COLOR_BUFFER, memory.get());
-    main->attach(osg::Camera::DEPTH_BUFFER, GL_DEPTH_COMPONENT24);
+    main->attach(osg::Camera::PACKED_DEPTH_STENCIL_BUFFER, GL_DEPTH24_STENCIL8_EXT);
     main->dirtyAttachmentMap();
   }
   // Not viewer.isRealized(): an embedded window always claims to be.
@@ -191,6 +219,7 @@ SceneView::SceneView(Quality quality, Target target)
 SceneView::~SceneView() = default;
 
 void SceneView::sync(const Frame& frame) {
+  impl_->has_new_casters = true;
   impl_->sync_look(frame);
   impl_->sync_items(frame);
   impl_->sync_lines(frame);
@@ -244,6 +273,10 @@ void SceneView::set_dark(bool on) {
   if (std::exchange(impl_->is_dark, on) != on) impl_->show_darkness();
 }
 
+void SceneView::set_accent(const Colour& colour) {
+  set_uniform(impl_->root->getStateSet(), "accent", linear_of(colour));
+}
+
 void SceneView::fit() {
   impl_->frame_zoom = 1;
   impl_->fit();
@@ -255,7 +288,11 @@ void SceneView::look(Camera::View view) {
 }
 
 std::optional<Pick> SceneView::pick(double x_px, double y_px) const {
-  const Ray ray = impl_->camera.ray(x_px, y_px);
+  return pick(impl_->camera, x_px, y_px);
+}
+
+std::optional<Pick> SceneView::pick(const OrbitCamera& from, double x_px, double y_px) const {
+  const Ray ray = from.ray(x_px, y_px);
   std::optional<Pick> nearest;
   for (const auto& [id, node] : impl_->items) {
     const Pose& pose = node.item.pose;
@@ -265,6 +302,21 @@ std::optional<Pick> SceneView::pick(double x_px, double y_px) const {
     nearest = Pick{id, node.item.name, ray.origin + *hit * ray.direction, *hit};
   }
   return nearest;
+}
+
+void SceneView::set_origin(int x_px, int y_px) {
+  impl_->origin_x = x_px;
+  impl_->origin_y = y_px;
+}
+
+void SceneView::set_shift(double x_px) {
+  if (std::isfinite(x_px)) impl_->shift = x_px;
+}
+
+void SceneView::set_zoom(double zoom) { impl_->hud->set_zoom(zoom); }
+
+std::array<std::size_t, 2> SceneView::label_counts() const {
+  return {impl_->hud->labels_shown(), impl_->hud->labels_left_out()};
 }
 
 void SceneView::set_framebuffer(unsigned id) { impl_->window->setDefaultFboId(id); }

@@ -49,6 +49,9 @@ struct Pass {
     double glass_shadow = 0.5;         ///< glass with less transparency casts a shadow
   };
   std::array<Sample, 2> samples;
+  /// Uses the shadows of the last draw: of other views of the same scene with `all_shadows`.
+  bool keeps_shadows = false;
+  bool all_shadows = false;  ///< shadow maps hold everything, not only what this view shows
 };
 
 /// The picture of one Frame; updates cost only what changes.
@@ -66,7 +69,7 @@ class SceneView {
   void set_playback(std::shared_ptr<const Playback> playback);
   /// Moves everything to its pose at `time` [s].
   void set_time(double time);
-  /// Highlights exactly these items.
+  /// Outlines exactly these items.
   void select(const std::vector<std::uint64_t>& ids);
 
   /// The next `sync` uses the camera of its frame, even if it equals the last frame's.
@@ -77,13 +80,25 @@ class SceneView {
   void resize(int width, int height);
   /// Shows the studio with a dark floor and wall, and light texts.
   void set_dark(bool on);
+  /// Colour of the outlines of selected items; orange at first.
+  void set_accent(const Colour& colour);
   /// Fits everything into the picture, keeping the direction.
   void fit();
   /// Selects a named view and fits everything into the picture.
   void look(Camera::View view);
   /// The item at pixel (x, y), counted from the upper left corner; needs no OpenGL context.
   [[nodiscard]] std::optional<Pick> pick(double x_px, double y_px) const;
+  /// The same as another camera sees it.
+  [[nodiscard]] std::optional<Pick> pick(const OrbitCamera& from, double x_px, double y_px) const;
 
+  /// Lower left corner of the picture in the framebuffer [px]; 0, 0 at first.
+  void set_origin(int x_px, int y_px);
+  /// Shifts the picture to the right [px]: the two pictures of a stereo pair meet so.
+  void set_shift(double x_px);
+  /// Enlarges texts over the picture, 0.5 .. 4; 1 at first.
+  void set_zoom(double zoom);
+  /// Labels over the last picture, and those left out for lack of space.
+  [[nodiscard]] std::array<std::size_t, 2> label_counts() const;
   /// Names the window's framebuffer object (0 = the context's own surface). Call before each draw.
   void set_framebuffer(unsigned id);
   /// Draws one picture of the size of the camera's viewport into the current context.

@@ -3,9 +3,30 @@
 #include "viewer/scene/scene_view_impl.h"
 
 namespace robomosp::viewer {
+namespace {
+
+/// Around points; empty at first.
+struct BoxOfPoints {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  Vec3 low{kNone, kNone, kNone}, high{-kNone, -kNone, -kNone};
+  [[nodiscard]] bool is_empty() const { return low[0] > high[0]; }
+  void add(const Vec3& p) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], p[i]);
+      high[i] = std::max(high[i], p[i]);
+    }
+  }
+  void add(const BoxOfPoints& other) {
+    if (other.is_empty()) return;
+    add(other.low);
+    add(other.high);
+  }
+};
+
+}  // namespace
 
 /// Places of the items that a section leaves.
-std::vector<Vec3> SceneView::Impl::points_of_bodies() const {
+std::vector<Vec3> SceneView::Impl::points_of_bodies(const std::set<std::uint64_t>& without) const {
   std::vector<Vec3> points;
   const auto add = [&](const std::vector<float>& p, const Pose& pose, bool all) {
     for (std::size_t i = 0; i + 2 < p.size(); i += 3) {
@@ -14,33 +35,71 @@ std::vector<Vec3> SceneView::Impl::points_of_bodies() const {
     }
   };
   for (const auto& [id, node] : items) {
-    if (node.surface.triangles.empty()) continue;
+    if (node.surface.triangles.empty() || without.contains(id)) continue;
     add(node.surface.positions, node.item.pose, false);
     add(node.cut_points, Pose{}, true);
   }
   return points;
 }
 
-std::vector<Vec3> SceneView::Impl::points_shown() const {
-  std::vector<Vec3> points = points_of_bodies();
+std::vector<Vec3> SceneView::Impl::points_shown(const std::set<std::uint64_t>& without) const {
+  std::vector<Vec3> points = points_of_bodies(without);
+  BoxOfPoints bodies;
+  for (const Vec3& p : points) bodies.add(p);
+  const double reach = points.empty() ? 0 : norm(bodies.high - bodies.low);
+  // Frames, marks and labels far from all bodies would make these tiny.
+  const auto is_near = [&](const Vec3& p) {
+    if (points.empty()) return true;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (p[i] < bodies.low[i] - reach || p[i] > bodies.high[i] + reach) return false;
+    return true;
+  };
+  std::vector<Vec3> more;
   for (const auto& [id, node] : marks)
     for (std::size_t i = 0; i < 3; ++i)
       for (const double side : {-1.0, 1.0}) {
         Vec3 end{};
         end[i] = side * node.mark.gyration[i];
-        points.push_back(transform(node.mark.pose, end));
+        more.push_back(transform(node.mark.pose, end));
       }
-  for (const auto& label : labels)
-    if (is_finite(label.place)) points.push_back(label.place);
-  for (const auto& [id, node] : lines)
-    for (const Vec3& p : node.line.points)
-      if (is_finite(p)) points.push_back(p);
+  for (const auto& label : labels) more.push_back(label.place);
   for (const auto& [id, node] : triads) {
     const double l = node.triad.length;
     for (const Vec3& tip : {Vec3{0, 0, 0}, Vec3{l, 0, 0}, Vec3{0, l, 0}, Vec3{0, 0, l}})
-      points.push_back(transform(node.triad.pose, tip));
+      more.push_back(transform(node.triad.pose, tip));
   }
+  std::erase_if(more, [&](const Vec3& p) { return !is_finite(p) || !is_near(p); });
+  points.insert(points.end(), more.begin(), more.end());
+  for (const auto& [id, node] : lines)
+    for (const Vec3& p : node.line.points)
+      if (is_finite(p)) points.push_back(p);
   return points;
+}
+
+std::set<std::uint64_t> SceneView::Impl::floors() const {
+  constexpr double kFlat = 0.05;      // height by the shorter side
+  constexpr double kAtGround = 0.02;  // of its top [m]
+  constexpr double kLarger = 4;       // area by that of all else
+  std::map<std::uint64_t, BoxOfPoints> flat;
+  BoxOfPoints rest;
+  for (const auto& [id, node] : items) {
+    if (node.surface.triangles.empty()) continue;
+    BoxOfPoints box;
+    for (const Vec3& p : corners(node.surface, node.item.pose)) box.add(p);
+    const Vec3 size = box.high - box.low;
+    if (size[2] <= kFlat * std::min(size[0], size[1]) && std::abs(box.high[2]) <= kAtGround)
+      flat.emplace(id, box);
+    else rest.add(box);
+  }
+  std::set<std::uint64_t> out;
+  if (rest.is_empty()) return out;
+  const Vec3 size = rest.high - rest.low;
+  for (const auto& [id, box] : flat) {
+    const Vec3 floor = box.high - box.low;
+    const bool is_below = box.high[2] <= rest.low[2] + kAtGround;
+    if (is_below && floor[0] * floor[1] >= kLarger * size[0] * size[1]) out.insert(id);
+  }
+  return out;
 }
 
 /// Where moving items get to, at some times of the playback.
@@ -124,7 +183,7 @@ void SceneView::Impl::apply_camera(const Camera& wanted) {
 }
 
 void SceneView::Impl::fit() {
-  auto points = points_shown();
+  auto points = points_shown(floors());
   for (const Vec3& p : points_moved()) points.push_back(p);
   if (points.empty()) points = {{-0.5, -0.5, 0}, {0.5, 0.5, 0.5}};
   camera.fit(points);
@@ -143,15 +202,17 @@ void SceneView::Impl::refit_if_untouched() {
 
 void SceneView::Impl::place_camera(const Pass& pass) {
   osg::Camera* main = viewer.getCamera();
-  main->setViewport(0, 0, camera.width(), camera.height());
-  window->resized(0, 0, camera.width(), camera.height());
+  main->setViewport(origin_x, origin_y, camera.width(), camera.height());
+  window->resized(0, 0, origin_x + camera.width(), origin_y + camera.height());
+  main->setViewport(origin_x, origin_y, camera.width(), camera.height());
   const double d = camera.distance();
   const double reach = norm(camera.target()) + radius;
   const bool is_flat = !camera.perspective();
   const double far = d + 4 * reach + 90 * radius, near = is_flat ? -far : std::max(0.02 * d, 1e-5);
   const osg::Matrixd view = matrix_of(camera.view());
   main->setViewMatrix(view);
-  main->setProjectionMatrix(matrix_of(camera.projection(near, far, pass.shift_x, pass.shift_y)));
+  main->setProjectionMatrix(
+      matrix_of(camera.projection(near, far, pass.shift_x + shift, pass.shift_y)));
 
   osg::StateSet* s = root->getStateSet();
   set_uniform(s, "world_T_view", osg::Matrixf(osg::Matrixd::inverse(view)));
@@ -169,6 +230,7 @@ void SceneView::Impl::place_camera(const Pass& pass) {
   }
   set_uniform(s, "viewport",
               osg::Vec2f(static_cast<float>(camera.width()), static_cast<float>(camera.height())));
+  set_uniform(s, "origin", osg::Vec2f(static_cast<float>(origin_x), static_cast<float>(origin_y)));
   const double per_nominal = scale();
   set_uniform(s, "line_scale", static_cast<float>(per_nominal));
   edge_width->setWidth(static_cast<float>(kEdgeWidth * per_nominal));

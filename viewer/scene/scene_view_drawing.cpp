@@ -5,6 +5,7 @@
 namespace robomosp::viewer {
 
 void SceneView::Impl::build_cut(ItemNode& node) {
+  has_new_casters = true;
   node.cut->removeChildren(0, node.cut->getNumChildren());
   node.cut_points.clear();
   node.cut_by = plane;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -20,6 +22,7 @@
 #include <osg/MatrixTransform>
 #include <osg/PolygonMode>
 #include <osg/PolygonOffset>
+#include <osg/Stencil>
 #include <osgUtil/RenderBin>
 #include <osgViewer/GraphicsWindow>
 #include <osgViewer/Viewer>
@@ -38,10 +41,13 @@ namespace robomosp::viewer {
 // Objects drawn by each camera.
 constexpr unsigned kVisible = 1, kCaster = 2, kGlassCaster = 4, kGlassCaster2 = 8;
 // Drawing order within the picture.
-constexpr int kBodyBin = 1, kOutlineBin = 2, kGroundBin = 3, kBackgroundBin = 4,
-              kGroundFromBelowBin = 5, kEdgeBin = 6, kRibbonBin = 7, kVeilBin = 8,
+constexpr int kBodyBin = 1, kVeiledFrameBin = 2, kFrameBin = 3, kGroundBin = 4, kBackgroundBin = 5,
+              kGroundFromBelowBin = 6, kEdgeBin = 7, kRibbonBin = 8, kVeilBin = 9,
               kGlassBin = 100,  // and the bins after it, one for each layer of glass
-    kMarkBin = 1 << 20, kHudBin = kMarkBin + 10;
+    kMarkBin = 1 << 20, kOutlineMaskBin = kMarkBin - 3, kOutlineBin = kMarkBin - 2,
+              kHiddenOutlineBin = kMarkBin - 1, kHudBin = kMarkBin + 10;
+/// Opacity of lines and outlines behind a body.
+constexpr float kHiddenShare = 0.45F;
 // Widths of lines and sizes in pixels of a picture 800 pixels high.
 constexpr double kEdgeWidth = 1.15, kDrawnWidth = 2.0, kMeshWidth = 1.0, kDashPeriod = 9.0,
                  kHatchSpacing = 8.5, kBallRadius = 13.0;
@@ -147,6 +153,7 @@ struct LineNode {
 struct TriadNode {
   Triad triad;
   osg::ref_ptr<osg::MatrixTransform> place;
+  osg::ref_ptr<osg::Group> veiled;  ///< what bodies hide
   bool is_seen = true;
 };
 
@@ -188,6 +195,12 @@ inline bool has_studio(const render::Look& look) {
          (look.background == Background::automatic && !is_drawing(look.style));
 }
 
+/// True for a studio with a dark colour, which commands give as background "dark".
+inline bool asks_for_darkness(const render::Look& look) {
+  const Colour& c = look.background_colour;
+  return look.background == Background::studio && 0.21F * c.r + 0.72F * c.g + 0.07F * c.b < 0.5F;
+}
+
 inline bool same(const Line& a, const Line& b) {
   return a.points == b.points && same(a.colour, b.colour) && a.width == b.width;
 }
@@ -209,10 +222,12 @@ struct SceneView::Impl {
   Impl(Quality quality, Target target);
 
   void build_item(ItemNode& node);
+  void add_outline(ItemNode& node);
   void build_line(LineNode& node);
   void sync_items(const Frame& frame);
   void sync_lines(const Frame& frame);
   void sync_triads(const Frame& frame);
+  [[nodiscard]] osg::ref_ptr<osg::Group> veiled_axes() const;
   void sync_marks(const Frame& frame);
   void sync_look(const Frame& frame);
   [[nodiscard]] osg::ref_ptr<osg::Geode> line_geode(osg::Geometry* segments, bool is_hidden) const;
@@ -232,8 +247,13 @@ struct SceneView::Impl {
   void apply_time();
   void fit();
   void refit_if_untouched();
-  [[nodiscard]] std::vector<Vec3> points_of_bodies() const;
-  [[nodiscard]] std::vector<Vec3> points_shown() const;
+  [[nodiscard]] std::vector<Vec3> points_of_bodies(
+      const std::set<std::uint64_t>& without = {}) const;
+  /// Points that must be in the picture; frames, marks and labels far from all bodies are left out.
+  [[nodiscard]] std::vector<Vec3> points_shown(const std::set<std::uint64_t>& without = {}) const;
+  /// Items that are floors: flat, with the top at z = 0, below all else and several times as large.
+  /// Pictures are fitted to the other items.
+  [[nodiscard]] std::set<std::uint64_t> floors() const;
   [[nodiscard]] std::vector<Vec3> points_moved() const;
   [[nodiscard]] std::vector<Vec3> points_seen(const std::vector<Vec3>& casters_at) const;
   [[nodiscard]] Lamp light_of(const Pass& pass) const;
@@ -245,6 +265,8 @@ struct SceneView::Impl {
   void prepare();
 
   bool is_still, has_two_samples, is_dark = false;
+  int origin_x = 0, origin_y = 0;  // [px]
+  double shift = 0;                // [px]
   OrbitCamera camera, fitted;
   std::optional<Camera> frame_camera;
   double frame_zoom = 1;
@@ -263,13 +285,22 @@ struct SceneView::Impl {
   double radius = 1;  // half the diagonal of the box around the frame [m]
 
   osg::ref_ptr<osg::Group> casters = new osg::Group;
-  ShadowMap lamp, sky, lamp_2, sky_2;  // the second ones if a pass has two samples of each
+  ShadowMap lamp, sky, lamp_2, sky_2;      // the second ones if a pass has two samples of each
+  bool has_new_casters = true;             // something moved or looks different since the last map
+  std::optional<osg::Matrixd> lamp_drawn;  // how the map of the lamp was drawn
   osg::ref_ptr<osg::Group> root = new osg::Group, ribbons = new osg::Group, frames = new osg::Group,
                            cuts = new osg::Group, balls = new osg::Group;
   osg::ref_ptr<osg::MatrixTransform> ground = new osg::MatrixTransform;
   osg::ref_ptr<osg::Geode> background;
-  osg::ref_ptr<osg::Program> surface_program, flat_program, paper_program, cut_program,
-      edge_program, outline_program, ribbon_program, ball_program;
+  /// Programs of what the lamps light.
+  struct LitPrograms {
+    osg::ref_ptr<osg::Program> surface, flat, ground;
+  };
+  [[nodiscard]] const LitPrograms& lit_programs();
+  std::map<int, LitPrograms> lit;  // by the number of lamps; 0 = the own one
+  bool is_quality;
+  osg::ref_ptr<osg::Program> surface_program, paper_program, cut_program, edge_program,
+      outline_program, mask_program, ribbon_program, ball_program;
   osg::ref_ptr<osg::LineWidth> edge_width = new osg::LineWidth(1.0F),
                                drawn_width = new osg::LineWidth(1.0F),
                                mesh_width = new osg::LineWidth(1.0F);

@@ -32,6 +32,7 @@ osg::ref_ptr<osg::Geode> SceneView::Impl::line_geode(osg::Geometry* segments,
 }
 
 void SceneView::Impl::build_item(ItemNode& node) {
+  has_new_casters = true;
   const Item& item = node.item;
   osg::MatrixTransform* place = node.place.get();
   place->removeChildren(0, place->getNumChildren());
@@ -46,14 +47,13 @@ void SceneView::Impl::build_item(ItemNode& node) {
   osg::StateSet* s = place->getOrCreateStateSet();
   const osg::Vec4f base = linear_of(item.appearance.colour);
   osg::Vec4f drawn = base;
-  if (is_lined) drawn = item.selected ? osg::Vec4f(1.0F, 0.75F, 0.45F, 1) : osg::Vec4f(1, 1, 1, 1);
+  if (is_lined) drawn = osg::Vec4f(1, 1, 1, 1);
   // Dark enough for lines on white.
   if (is_wire) drawn = osg::Vec4f(0.55F * base.x(), 0.55F * base.y(), 0.55F * base.z(), 0.24F);
   set_uniform(s, "base", drawn);
   const float rough = 0.78F - 0.64F * std::clamp(item.appearance.shininess, 0.0F, 1.0F);
   set_uniform(s, "surface",
-              osg::Vec4f(rough, std::clamp(item.appearance.metalness, 0.0F, 1.0F),
-                         item.selected ? 1.0F : 0.0F, 0.0F));
+              osg::Vec4f(rough, std::clamp(item.appearance.metalness, 0.0F, 1.0F), 0.0F, 0.0F));
   const Appearance& a = item.appearance;
   set_uniform(s, "shade", rgb_of(a.ambient.value_or(a.colour)));
   set_uniform(s, "highlight",
@@ -114,15 +114,7 @@ void SceneView::Impl::build_item(ItemNode& node) {
       place->addChild(node.contours.back());
     }
   }
-  if (item.selected && !is_glass && !is_drawing(look.style)) {  // the hull would show through glass
-    if (!node.hull) node.hull = hull_of(node.surface);
-    const auto geode = geode_of(node.hull, kVisible);
-    osg::StateSet* t = geode->getOrCreateStateSet();
-    t->setAttributeAndModes(outline_program);
-    cull(t, osg::CullFace::FRONT);
-    t->setRenderBinDetails(kOutlineBin, "RenderBin");
-    place->addChild(geode);
-  }
+  if (item.selected) add_outline(node);
 }
 
 void SceneView::Impl::build_line(LineNode& node) {
@@ -136,7 +128,7 @@ void SceneView::Impl::build_line(LineNode& node) {
     const auto geode = geode_of(ribbon, kVisible);
     osg::StateSet* t = geode->getOrCreateStateSet();
     blend(t, is_hidden ? osg::Depth::GREATER : osg::Depth::LEQUAL);
-    set_uniform(t, "veil", is_hidden ? 0.22F : 1.0F);
+    set_uniform(t, "veil", is_hidden ? kHiddenShare : 1.0F);
     t->setRenderBinDetails(is_hidden ? kVeilBin : kRibbonBin, "RenderBin");
     node.group->addChild(geode);
   }
@@ -197,6 +189,24 @@ void SceneView::Impl::sync_lines(const Frame& frame) {
   sweep(lines, [&](LineNode& node) { ribbons->removeChild(node.group); });
 }
 
+/// The part of a triad that bodies hide, weaker. It is drawn after the bodies and before the
+/// triads, which therefore do not count as what hides it.
+osg::ref_ptr<osg::Group> SceneView::Impl::veiled_axes() const {
+  const auto axes = axes_of(0.026);
+  osg::StateSet* s = axes->getOrCreateStateSet();
+  blend(s, osg::Depth::GREATER);
+  s->setRenderBinDetails(kVeiledFrameBin, "RenderBin");
+  for (const char* map : kMapUniforms) set_uniform(s, map, nowhere());
+  for (unsigned i = 0; i < axes->getNumChildren(); ++i) {
+    osg::Uniform* base = axes->getChild(i)->getStateSet()->getUniform("base");
+    osg::Vec4f colour;
+    base->get(colour);
+    colour.w() = kHiddenShare;
+    base->set(colour);
+  }
+  return axes;
+}
+
 void SceneView::Impl::sync_triads(const Frame& frame) {
   for (const Triad& triad : frame.triads) {
     auto [at, is_new] = triads.try_emplace(triad.id);
@@ -210,10 +220,13 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
       const auto axes = axes_of(0.026);
       axes->setNodeMask(kVisible);
       node.place->addChild(axes);
+      node.veiled = veiled_axes();
+      node.place->addChild(node.veiled);
       frames->addChild(node.place);
     }
     // In the sliver of the depth range that the marks have too.
     osg::StateSet* s = node.place->getOrCreateStateSet();
+    node.veiled->setNodeMask(triad.on_top ? 0U : kVisible);
     if (triad.on_top) {
       s->setAttributeAndModes(new osg::Depth(osg::Depth::LEQUAL, 0.001, 0.01, true));
       s->setRenderBinDetails(kMarkBin, "RenderBin");
@@ -222,7 +235,7 @@ void SceneView::Impl::sync_triads(const Frame& frame) {
     } else {
       for (const char* map : kMapUniforms) s->removeUniform(map);
       s->removeAttribute(osg::StateAttribute::DEPTH);
-      s->setRenderBinToInherit();
+      s->setRenderBinDetails(kFrameBin, "RenderBin");
     }
     const double l = std::isfinite(triad.length) ? std::max(triad.length, 1e-6) : 0.1;
     node.place->setMatrix(osg::Matrixd::scale(l, l, l) * matrix_of(node.triad.pose));

@@ -55,6 +55,10 @@ std::vector<Lamp> SceneView::Impl::lights_of(const Pass& pass) const {
 }
 
 void SceneView::Impl::aim_lights(const Pass& pass) {
+  if (pass.keeps_shadows) {
+    for (ShadowMap* map : {&lamp, &sky, &lamp_2, &sky_2}) map->set_mask(0);
+    return;
+  }
   if (is_drawing(look.style)) {
     // Frames and marks are lit from the eye; nothing casts shadows.
     osg::StateSet* state = root->getStateSet();
@@ -107,13 +111,19 @@ void SceneView::Impl::aim_lights(const Pass& pass) {
     for (ShadowMap* map : {&sky, &sky_2}) map->set_size(sky_size);
   }
   for (ShadowMap* map : {&lamp, &sky, &lamp_2, &sky_2}) map->set_shift(pass.map_x, pass.map_y);
-  const std::vector<Vec3> seen = points_seen(all);
+  const std::vector<Vec3> seen = pass.all_shadows ? std::vector<Vec3>() : points_seen(all);
   const auto aimed = [&](ShadowMap& map, const Lamp& l) {
-    return l.is_parallel ? map.aim(l.place, all, seen)
+    return l.is_parallel ? map.aim(l.place, all, seen, !is_still)
                          : map.aim_from(l.place, l.axis, l.half_angle, all);
   };
   lamp.set_mask(kCaster | kGlassCaster);
   const ShadowLookup l = aimed(lamp, shining[0]);
+  if (!is_still) {
+    // While only the camera moves, the map of the last picture holds.
+    if (!has_new_casters && lamp_drawn && *lamp_drawn == l.map_T_world) lamp.set_mask(0);
+    lamp_drawn = l.map_T_world;
+    has_new_casters = false;
+  }
   set_uniform(s, "lamp_map", osg::Matrixf(l.map_T_world));
   set_uniform(s, "lamp_texel", l.texel);
   if (has_two_samples) {

@@ -53,7 +53,7 @@ vec3 shown(vec3 c) { return encoded(toned(c)); }
 
 // What lies behind everything: a studio wall, seen along a ray that rises with the sine `rise`.
 vec3 backdrop(float rise) {
-  vec3 low = vec3(0.405, 0.418, 0.438), haze = vec3(0.640, 0.668, 0.700), top = vec3(0.400, 0.475, 0.570);
+  vec3 low = vec3(0.474, 0.482, 0.496), haze = vec3(0.720, 0.742, 0.768), top = vec3(0.468, 0.540, 0.632);
   low = mix(low, vec3(0.0255, 0.0300, 0.0370), dark);
   haze = mix(haze, vec3(0.0470, 0.0578, 0.0720), dark);
   top = mix(top, vec3(0.0185, 0.0225, 0.0290), dark);
@@ -72,6 +72,9 @@ float lit(sampler2DShadow map, vec3 c) {
 }
 // Direction from p towards a lamp, and in w the share of its light that it sends there.
 vec4 lamp_from(int i, vec3 p) {
+#ifdef OWN_LAMP
+  return vec4(lamp_place[i].xyz, 1.0);
+#endif
   vec3 l = normalize(lamp_place[i].xyz - p * lamp_place[i].w);
   float edge = lamp_axis[i].w;
   float share = edge < -1.5 ? 1.0 : smoothstep(edge, mix(edge, 1.0, 0.2), -dot(l, lamp_axis[i].xyz));
@@ -88,11 +91,10 @@ float lamp_visibility(vec3 p, vec3 n, vec3 l, float lift) {
   // Software OpenGL runs both sides of every branch, hence compile-time choices. One tap is enough
   // where many pictures with different lamps are averaged.
 #if defined(QUALITY) && !defined(STILL)
-  // Golden-angle disk, turned from pixel to pixel.
-  float turn = 6.2832 * noise(gl_FragCoord.xy);
+  // A disk by the golden angle. Turned by noise from pixel to pixel, its shadows would be stippled.
   float sum = 0.0;
   for (int i = 0; i < 16; ++i) {
-    float a = turn + 2.3999632 * float(i), r = sqrt((float(i) + 0.5) / 16.0) * 3.0;
+    float a = 2.3999632 * float(i), r = sqrt((float(i) + 0.5) / 16.0) * 3.0;
     sum += lit(lamp_shadow, vec3(c.xy + vec2(cos(a), sin(a)) * r * lamp_texel.x, c.z));
   }
   return sum / 16.0;
@@ -141,7 +143,7 @@ void main() {
 constexpr const char* kSurfaceFragment = R"glsl(
 in vec3 p_world, n_world;
 uniform vec4 base;       // linear colour, opacity
-uniform vec4 surface;    // roughness, metalness, selection, unused
+uniform vec4 surface;    // roughness, metalness, unused, unused
 uniform vec3 shade;      // linear colour under ambient light
 uniform vec4 highlight;  // linear colour of highlights; w = 1 if given
 uniform vec3 glow;       // linear light of its own
@@ -218,7 +220,7 @@ void main() {
 #endif
   float rim = (1.0 - nv) * (1.0 - nv);
   vec3 c = diffuse + specular + glow;
-  c = mix(c, vec3(1.0, 0.40, 0.06), surface.z * (0.16 + 0.55 * rim));
+  c *= 1.0 - 0.15 * dark;  // 93 % of the brightness as seen, so that white bodies do not glare
   float alpha = base.a;
   if (alpha < 0.999) alpha = clamp(alpha + 0.5 * rim * (1.0 - alpha) + 0.6 * max(specular.g - 0.1, 0.0), 0.0, 1.0);
   gl_FragColor = vec4(shown(c), alpha);
@@ -232,7 +234,7 @@ uniform float floor_lamp;  // cosine of the renderer's own lamp on the floor
 const vec3 kOwnLamp = vec3(1.02, 0.985, 0.93) * 0.86;
 uniform vec4 grid;        // small step [m], large step [m], lines on, axes on
 uniform float line_scale; // width of a thin line [px]
-uniform vec2 viewport;    // [px]
+uniform vec2 viewport, origin;    // [px]
 
 // Coverage of the pixel by lines of spacing `step`, fading out where they come too close.
 float lines(vec2 p, float step, float width) {
@@ -263,7 +265,7 @@ void main() {
   vec3 received = (direct + surroundings * sky) / (kOwnLamp * floor_lamp + kSky);
   float far = length(p_world.xy - ground.xy);
   float fade = smoothstep(ground.z, ground.w, far);
-  vec3 c = mix(vec3(0.430, 0.440, 0.456), vec3(0.0273, 0.0319, 0.0395), dark);
+  vec3 c = mix(vec3(0.503, 0.509, 0.520), vec3(0.0273, 0.0319, 0.0395), dark);
   float thin = lines(p_world.xy, grid.x, line_scale) * 0.26 * (1.0 - smoothstep(0.25 * ground.z, 1.6 * ground.z, far));
   float thick = lines(p_world.xy, grid.y, 1.5 * line_scale) * 0.50;
   float cover = max(thin, thick) * grid.z;
@@ -272,7 +274,7 @@ void main() {
   float dimmed = 1.0 - 0.72 * dark;
   c = mix(c, vec3(0.60, 0.050, 0.060) * dimmed, axis.x * 0.9);
   c = mix(c, vec3(0.070, 0.36, 0.075) * dimmed, axis.y * 0.9);
-  c = mix(from_below ? c : c * received, backdrop(ray_at(gl_FragCoord.xy / viewport * 2.0 - 1.0).z), fade);
+  c = mix(from_below ? c : c * received, backdrop(ray_at((gl_FragCoord.xy - origin) / viewport * 2.0 - 1.0).z), fade);
   float alpha = from_below ? 0.6 * max(cover, max(axis.x, axis.y)) * (1.0 - fade) : 1.0;
   gl_FragColor = vec4(shown(c), alpha);
 }
@@ -282,7 +284,10 @@ std::string header(ShaderVariant v) {
   std::string s = "#version 130\n";
   if (v.is_quality) s += "#define QUALITY 1\n";
   // A pass of a still has one lamp.
-  s += v.is_still ? "#define STILL 1\n#define LAMPS 1\n" : "#define LAMPS lamp_count\n";
+  if (v.is_still) s += "#define STILL 1\n";
+  const int lamps = v.is_still ? 1 : v.lamps;
+  s += "#define LAMPS " + (lamps > 0 ? std::to_string(lamps) : std::string("lamp_count")) + "\n";
+  if (v.has_own_lamp) s += "#define OWN_LAMP 1\n";
   if (v.is_flat) s += "#define FLAT 1\n";
   if (v.is_still && v.is_quality)
     s += "#define SKY 1\n";  // ambient light from one direction a pass
@@ -395,11 +400,15 @@ void main() {
   vec2 n = (gl_ProjectionMatrix * vec4(gl_NormalMatrix * gl_Normal, 0.0)).xy * viewport;
   float l = length(n);
   if (l > 1e-6) here.xy += n / l * 2.6 * line_scale / (viewport * 0.5) * here.w;
+  // The floor right in front of a body shall not hide its outline.
+  here.z -= 0.0006 * here.w;
   gl_Position = here;
 }
 )glsl",
           with_light(v, R"glsl(
-void main() { gl_FragColor = vec4(shown(vec3(1.0, 0.33, 0.02)), 1.0); }
+uniform vec4 accent;    // linear
+uniform float veil;     // opacity of this draw: 1 in view, less where hidden
+void main() { gl_FragColor = vec4(shown(accent.rgb), veil); }
 )glsl")};
 }
 

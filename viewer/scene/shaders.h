@@ -24,6 +24,10 @@ struct ShaderVariant {
   bool is_quality = false;  ///< physically based highlights and filtered shadows
   bool is_still = false;    ///< one pass of many: linear light, lit from one point of lamp and sky
   bool is_flat = false;     ///< one normal a triangle
+  /// Number of lamps, if it is known: software OpenGL runs a loop over a uniform number several
+  /// times slower. 0 = as many as the uniform lamp_count says.
+  int lamps = 0;
+  bool has_own_lamp = false;  ///< the lamp is the renderer's own, which shines in parallel
 };
 
 [[nodiscard]] ShaderPair surface_shader(ShaderVariant v);     ///< items and arrows

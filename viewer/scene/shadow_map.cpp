@@ -14,6 +14,8 @@
 namespace robomosp::viewer {
 namespace {
 
+constexpr double kStepsOfBorder = 8;  ///< in half the width of a map, at least
+
 /// A unit vector across another.
 Vec3 side_of(const Vec3& z) {
   const Vec3 x = cross(std::abs(z[2]) < 0.95 ? Vec3{0, 0, 1} : Vec3{0, 1, 0}, z);
@@ -70,7 +72,7 @@ void ShadowMap::set_shift(double x, double y) {
 }
 
 ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> points,
-                            std::span<const Vec3> seen) {
+                            std::span<const Vec3> seen, bool in_steps) {
   const Vec3& z = towards_light;
   const Vec3 x = side_of(z), y = cross(z, x);
   constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -94,8 +96,14 @@ ShadowLookup ShadowMap::aim(const Vec3& towards_light, std::span<const Vec3> poi
         last[i] = std::max(last[i], dot(p, axes[i]));
       }
     for (std::size_t i = 0; i < 2; ++i) {
-      const double from = std::max(low[i], first[i]), to = std::min(high[i], last[i]);
-      if (from < to) low[i] = from, high[i] = to;
+      double from = std::max(low[i], first[i]), to = std::min(high[i], last[i]);
+      if (!(from < to)) continue;
+      if (in_steps) {
+        const double step = std::exp2(std::floor(std::log2(to - from))) / kStepsOfBorder;
+        from = std::max(low[i], step * std::floor(from / step));
+        to = std::min(high[i], step * std::ceil(to / step));
+      }
+      low[i] = from, high[i] = to;
     }
   }
   const Vec3 size = high - low;

@@ -30,8 +30,10 @@ class ShadowMap {
   void set_shift(double x, double y);
   /// Looks at the points that cast shadows [m] from the direction of the light (unit vector towards
   /// it); of them at what may shade `seen`, points around all that is in the picture.
+  /// `in_steps`: the borders move in steps, so that the map stays the same while a view moves a
+  /// little.
   ShadowLookup aim(const Vec3& towards_light, std::span<const Vec3> points,
-                   std::span<const Vec3> seen = {});
+                   std::span<const Vec3> seen = {}, bool in_steps = false);
   /// Looks from a place along `axis` (unit vector), or where that shines to all sides
   /// (`half_angle` < 0) towards the middle of the points; 75 degrees to either side at most.
   ShadowLookup aim_from(const Vec3& place, const Vec3& axis, double half_angle,

@@ -167,6 +167,7 @@ class Engine : public QIconEngine {
   }
   QPixmap pixmap(const QSize& size, QIcon::Mode mode, QIcon::State state) override {
     QPixmap out(size);
+    if (size.isEmpty()) return out;  // a button without space for its icon
     out.fill(Qt::transparent);
     QPainter painter(&out);
     paint(&painter, QRect(QPoint(), size), mode, state);

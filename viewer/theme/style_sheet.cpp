@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cstdlib>
+#include <memory>
 
+#include <QFile>
+#include <QPixmap>
 #include <QRegularExpression>
+#include <QTemporaryDir>
 
+#include "viewer/theme/icons.h"
+#include "viewer/theme/style_images.h"
 #include "viewer/theme/theme.h"
 
 namespace robomosp::viewer {
 namespace {
 
-/// `@name` is replaced by a colour of the theme, `4px` by four pixels at its zoom.
+/// `@name` is replaced by a colour of the theme, `@image_name` by the file of an icon, `4px` by
+/// four pixels at its zoom.
 constexpr const char* kSheet = R"(
 QMainWindow, QMainWindow > QStackedWidget { background: @window; }
 QMainWindow::separator { background: @line; width: 1px; height: 1px; }
@@ -46,7 +53,8 @@ QTabBar QToolButton { background: @header; border: 0px; border-radius: 0px; }
 
 QTreeView, QListView, QTableView { background: @panel; color: @text; border: 0px; outline: 0px;
   alternate-background-color: @panel; selection-background-color: @selection; }
-QTreeView:focus, QListView:focus, QTableView:focus { border: 0px; }
+QTreeView, QListView, QTableView { border: 1px solid transparent; }
+QTreeView:focus, QListView:focus, QTableView:focus { border: 1px solid @accent; }
 QTreeView::item, QListView::item { height: 24px; border: 0px; }
 QTreeView::item:hover, QListView::item:hover { background: @hover; }
 QTreeView::item:selected, QListView::item:selected, QTableView::item:selected {
@@ -84,7 +92,7 @@ QPushButton[filled="true"] { background: @accent_fill; color: @on_accent;
 QPushButton[filled="true"]:hover { background: @accent; }
 QPushButton[filled="true"]:focus { border: 2px solid @text; }
 QPushButton[link="true"] { background: transparent; border: 1px solid transparent; color: @accent;
-  padding: 1px 4px; }
+  padding: 1px 4px; text-align: left; }
 QPushButton[link="true"]:hover { text-decoration: underline; }
 QPushButton[link="true"]:focus { border: 1px solid @accent; }
 
@@ -96,6 +104,7 @@ QToolButton:pressed { background: @field; }
 QToolButton:focus { border: 1px solid @accent; }
 QToolButton:disabled { color: @disabled; }
 QToolButton::menu-indicator { image: none; }
+QToolButton#qt_toolbar_ext_button { padding: 0px; border: 0px; }
 QToolButton[workspace="true"] { color: @text_dim; border: 0px; border-radius: 0px;
   border-bottom: 2px solid transparent; padding: 6px 12px 4px 12px; }
 QToolButton[workspace="true"]:checked { background: transparent; color: @text; font-weight: 600;
@@ -107,12 +116,21 @@ QComboBox { background: @field; color: @text; border: 1px solid @field_line; bor
   padding: 1px 6px; min-height: 18px; }
 QComboBox:hover { border-color: @text_quiet; }
 QComboBox:focus { border-color: @accent; }
+QComboBox::drop-down { border: 0px; width: 18px; }
+QComboBox::down-arrow { image: url(@image_chevron_down); width: 12px; height: 12px; }
+QComboBox::down-arrow:disabled { image: none; }
 QComboBox:disabled { color: @disabled; border-color: @line; }
 QComboBox QAbstractItemView { background: @header; border: 1px solid @field_line;
   selection-background-color: @selection; selection-color: @text; }
 
 QCheckBox, QRadioButton { color: @text; spacing: 6px; }
 QCheckBox:disabled, QRadioButton:disabled { color: @disabled; }
+QCheckBox::indicator { width: 13px; height: 13px; border: 1px solid @field_line;
+  border-radius: 3px; background: @field; }
+QCheckBox::indicator:hover, QCheckBox::indicator:focus { border-color: @accent; }
+QCheckBox::indicator:checked { background: @accent_fill; border-color: @accent_fill;
+  image: url(@image_ok); }
+QCheckBox::indicator:disabled { border-color: @line; background: @panel; }
 QLabel { color: @text; }
 QLabel[dim="true"] { color: @text_dim; }
 QLabel[quiet="true"] { color: @text_quiet; }
@@ -146,6 +164,7 @@ QSplitter::handle { background: @line; }
 QSplitter::handle:horizontal { width: 1px; }
 QSplitter::handle:vertical { height: 1px; }
 
+*[popup="true"] { background: @panel; border: 1px solid @field_line; }
 *[ground="window"] { background: @window; }
 *[ground="panel"] { background: @panel; }
 *[ground="header"] { background: @header; }
@@ -182,7 +201,29 @@ QColor colour_named(const Theme& t, const QString& name) {
   return {};
 }
 
+/// Of images; null before the first one.
+std::unique_ptr<QTemporaryDir>& image_folder() {
+  static std::unique_ptr<QTemporaryDir> folder;
+  return folder;
+}
+
+/// Style sheets take images from files only. These are there until the process ends; without them,
+/// such as on a full disk, widgets have no such mark.
+QString image_file(const Theme& t, const QString& name) {
+  auto& folder = image_folder();
+  if (!folder) folder = std::make_unique<QTemporaryDir>();
+  constexpr int kSize = 16, kFine = 3;  // [px], and for screens with small pixels
+  const QColor& colour = name == QLatin1String("ok") ? t.on_accent : t.text_dim;
+  const int size = kFine * t.px(kSize);
+  const QString file =
+      folder->filePath(QString("%1-%2-%3.png").arg(name, colour.name().mid(1)).arg(size));
+  if (!QFile::exists(file)) (void)icon_pixmap(name.toStdString(), colour, size, 1).save(file);
+  return file;
+}
+
 }  // namespace
+
+void remove_style_images() { image_folder().reset(); }
 
 QString style_sheet(const Theme& t) {
   const QString sheet = QString::fromLatin1(kSheet);
@@ -195,7 +236,10 @@ QString style_sheet(const Theme& t) {
     out += QStringView(sheet).mid(done, m.capturedStart() - done);
     done = m.capturedEnd();
     if (m.capturedLength(1) > 0) {
-      out += colour_named(t, m.captured(1)).name();
+      const QString name = m.captured(1);
+      constexpr int kPrefix = 6;  // image_
+      out += name.startsWith("image_") ? "\"" + image_file(t, name.mid(kPrefix)) + "\""
+                                       : colour_named(t, name).name();
     } else {
       const int length = m.captured(2).toInt();
       // Lines stay as thin as the design's at every zoom up to 150 %.

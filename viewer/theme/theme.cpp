@@ -149,12 +149,14 @@ void use_font(QWidget& widget, QFont Theme::*font, bool is_bold) {
 
 int Theme::px(double length) const { return static_cast<int>(std::lround(length * zoom)); }
 
-Theme make_theme(bool is_dark, double zoom) {
+Theme make_theme(bool is_dark, double zoom, bool has_strong_borders) {
   Theme t;
   t.is_dark = is_dark;
   t.zoom = std::isfinite(zoom) ? std::clamp(zoom, 0.5, 3.0) : 1.0;
   if (is_dark) paint_dark(t);
   else paint_light(t);
+  t.has_strong_borders = has_strong_borders;
+  if (has_strong_borders) t.field_line = t.text_quiet;
   t.on_accent = "#FFFFFF";
   t.speed = {"#3B4CC0", "#3E78D8", "#35A7C2", "#4FC08D", "#A6CF4F", "#F2C13C", "#F08A3C"};
   t.label = "#FFFFFF";

@@ -16,7 +16,8 @@ namespace robomosp::viewer {
 
 struct Theme {
   bool is_dark = true;
-  double zoom = 1;  ///< of the interface; included in all lengths and fonts below
+  bool has_strong_borders = false;  ///< of fields and buttons, for people who need them
+  double zoom = 1;                  ///< of the interface; included in all lengths and fonts below
 
   // Grounds.
   QColor window;  ///< gaps, start page [bg0]
@@ -77,7 +78,7 @@ struct Theme {
 };
 
 /// The palette, type and spacing at a zoom of 0.5 .. 3; values outside are clamped.
-[[nodiscard]] Theme make_theme(bool is_dark, double zoom = 1);
+[[nodiscard]] Theme make_theme(bool is_dark, double zoom = 1, bool has_strong_borders = false);
 
 /// The current theme: dark at zoom 1 until set_theme() is called. The reference stays valid, its
 /// content changes with set_theme(), which then sends each widget QEvent::StyleChange.

@@ -19,7 +19,10 @@
 namespace robomosp::viewer {
 namespace {
 
-constexpr int kDoc = Qt::UserRole + 1, kWhyNot = Qt::UserRole + 2, kIndex = Qt::UserRole + 3;
+constexpr int kDoc = Qt::UserRole + 1, kWhyNot = Qt::UserRole + 2, kIndex = Qt::UserRole + 3,
+              kSwatch = Qt::UserRole + 4;
+constexpr int kSwatchRow = 32, kSwatch0 = 28;  // of the design [px]
+constexpr std::size_t kMostLooks = 64;
 
 class ChoiceDelegate : public QStyledItemDelegate {
  public:
@@ -38,6 +41,13 @@ class ChoiceDelegate : public QStyledItemDelegate {
       p->fillRect(option.rect, t.hover);
     }
     QRect room = option.rect.adjusted(t.px(8), 0, -t.px(8), 0);
+    if (has_swatches) {
+      const int side = t.px(kSwatch0);
+      const QColor swatch = index.data(kSwatch).value<QColor>();
+      const QRectF place(room.left(), room.center().y() - side / 2.0, side, side);
+      if (swatch.isValid()) paint_ball(*p, place, swatch);
+      room.setLeft(room.left() + side + t.px(10));
+    }
     p->setFont(t.ui);
     p->setPen(can_choose ? t.text : t.disabled);
     const QString label = index.data(Qt::DisplayRole).toString();
@@ -49,17 +59,32 @@ class ChoiceDelegate : public QStyledItemDelegate {
     paint_text(*p, room, Qt::AlignVCenter | Qt::AlignRight, doc);
   }
   QSize sizeHint(const QStyleOptionViewItem&, const QModelIndex&) const override {
-    return {theme().px(120), theme().row};
+    return {theme().px(120), has_swatches ? theme().px(kSwatchRow) : theme().row};
   }
+  bool has_swatches = false;
 };
 
 }  // namespace
+
+void paint_ball(QPainter& painter, const QRectF& place, const QColor& colour) {
+  painter.save();
+  painter.setRenderHint(QPainter::Antialiasing);
+  QRadialGradient light(place.left() + place.width() * 0.35, place.top() + place.height() * 0.3,
+                        place.width() * 0.75);
+  light.setColorAt(0, colour.lighter(150));
+  light.setColorAt(0.45, colour);
+  light.setColorAt(1, colour.darker(230));
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(light);
+  painter.drawEllipse(place.adjusted(1, 1, -1, -1));
+  painter.restore();
+}
 
 ChoicePopup::ChoicePopup(QWidget* parent) : QFrame(parent, Qt::Popup) {
   setObjectName(parent->objectName() + ".list");
   setAccessibleName("Choices of " + parent->accessibleName());
   setAttribute(Qt::WA_DeleteOnClose);
-  setFrameShape(QFrame::Box);
+  setProperty("popup", true);
   setToolTip({});
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(1, 1, 1, 1);
@@ -69,6 +94,7 @@ ChoicePopup::ChoicePopup(QWidget* parent) : QFrame(parent, Qt::Popup) {
   search_->setAccessibleName("Search the choices");
   search_->setToolTip("Type to narrow the list; Up and Down choose, Enter takes, Escape closes.");
   search_->setPlaceholderText("Search");
+  search_->addAction(icon("search"), QLineEdit::LeadingPosition);
   search_->installEventFilter(this);
   list_ = new QListWidget(this);
   list_->setObjectName(objectName() + ".choices");
@@ -108,7 +134,8 @@ void ChoicePopup::open_at(QWidget* field, bool takes_text, const QString& typed)
   const Theme& t = theme();
   search_->setText(typed);
   const int rows = std::clamp<int>(static_cast<int>(choices_.size()), 3, 12);
-  const QSize size(std::max(field->width(), t.px(300)), t.row * rows + t.px(28));
+  const int row = has_swatches_ ? t.px(kSwatchRow) : t.row;
+  const QSize size(std::max(field->width(), t.px(300)), row * rows + t.px(28));
   const QRect screen = field->screen()->availableGeometry();
   QPoint at = field->mapToGlobal(QPoint(0, field->height() + 1));
   if (at.y() + size.height() > screen.bottom())
@@ -127,6 +154,25 @@ void ChoicePopup::show_choices(const std::vector<FieldChoice>& choices,
   filter();
 }
 
+void ChoicePopup::set_has_swatches(bool on) {
+  has_swatches_ = on;
+  static_cast<ChoiceDelegate*>(list_->itemDelegate())->has_swatches = on;
+}
+
+void ChoicePopup::show_look(const Value& choice, const ChoiceLook& look) {
+  for (std::size_t i = 0; i < choices_.size(); ++i) {
+    if (!(choices_[i].value == choice)) continue;
+    choices_[i].swatch = look.swatch;
+    if (!look.doc.isEmpty()) choices_[i].doc = look.doc;
+    for (int row = 0; row < list_->count(); ++row)
+      if (QListWidgetItem* item = list_->item(row);
+          item->data(kIndex).toInt() == static_cast<int>(i)) {
+        item->setData(kSwatch, look.swatch);
+        item->setData(kDoc, choices_[i].doc);
+      }
+  }
+}
+
 void ChoicePopup::filter() {
   const QString typed = search_->text().trimmed();
   list_->clear();
@@ -140,6 +186,7 @@ void ChoicePopup::filter() {
     item->setData(kDoc, c.doc);
     item->setData(kWhyNot, c.why_not);
     item->setData(kIndex, static_cast<int>(i));
+    item->setData(kSwatch, c.swatch);
     item->setToolTip(c.why_not.isEmpty() ? c.doc : c.why_not);
     const int row = list_->count() - 1;
     if (first < 0 && c.why_not.isEmpty()) first = row;
@@ -194,8 +241,26 @@ ChoiceField::ChoiceField(QWidget* parent) : Field(parent) {
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
 }
 
+void ChoiceField::set_look(Look look) {
+  look_ = std::move(look);
+  ask_look();
+}
+
+void ChoiceField::ask_look() {
+  swatch_ = QColor();
+  const std::optional<Value>& v = value_ ? value_ : default_;
+  if (!look_ || !v || v->is_nil()) return;
+  look_(*v, [self = QPointer<ChoiceField>(this), asked = *v](const ChoiceLook& look) {
+    if (!self || !self->value_ || !(*self->value_ == asked)) return;
+    self->swatch_ = look.swatch;
+    self->update();
+  });
+}
+
 void ChoiceField::set_value(const std::optional<Value>& value) {
+  const bool is_other = !(value_ == value);
   value_ = value;
+  if (is_other) ask_look();
   setAccessibleDescription(shown_text());
   update();
 }
@@ -226,7 +291,7 @@ void ChoiceField::paintEvent(QPaintEvent*) {
   const Theme& t = theme();
   QPainter p(this);
   paint_field(p, rect(),
-              {is_hovered(), hasFocus() || popup_, !fault().isEmpty(), isEnabled(), false});
+              {is_hovered(), looks_focused() || popup_, !fault().isEmpty(), isEnabled(), false});
   QRect room = rect().adjusted(t.px(6), 0, -t.px(6), 0);
   const double ratio = devicePixelRatioF();
   const int icon_size = t.px(12);
@@ -234,7 +299,11 @@ void ChoiceField::paintEvent(QPaintEvent*) {
       icon_pixmap("chevron_down", isEnabled() ? t.text_dim : t.disabled, icon_size, ratio);
   p.drawPixmap(room.right() - icon_size + 1, (height() - icon_size) / 2, chevron);
   room.setRight(room.right() - icon_size - t.px(4));
-  if (!icon_.empty()) {
+  if (swatch_.isValid() && !is_mixed()) {
+    const int size = t.px(16);
+    paint_ball(p, QRectF(room.left(), (height() - size) / 2.0, size, size), swatch_);
+    room.setLeft(room.left() + size + t.px(5));
+  } else if (!icon_.empty()) {
     const int size = t.px(14);
     p.drawPixmap(room.left(), (height() - size) / 2,
                  icon_pixmap(icon_, isEnabled() ? t.text_dim : t.disabled, size, ratio));
@@ -258,6 +327,12 @@ void ChoiceField::paintEvent(QPaintEvent*) {
 
 void ChoiceField::choose(const Value& value) {
   value_ = value;
+  if (const std::string* text = value.as_string(); text && takes_numbers_) {
+    bool is_number = false;
+    const qlonglong number = qt(*text).toLongLong(&is_number);
+    if (is_number) value_ = Value(static_cast<std::int64_t>(number));
+  }
+  ask_look();
   set_fault({});
   setAccessibleDescription(shown_text());
   update();
@@ -284,8 +359,15 @@ void ChoiceField::open_list(const QString& typed) {
       self->choices_ = std::move(choices);
       popup->show_choices(self->choices_, self->value_);
       self->update();
+      if (!self->look_) return;
+      for (std::size_t i = 0; i < std::min(self->choices_.size(), kMostLooks); ++i)
+        self->look_(self->choices_[i].value,
+                    [popup, choice = self->choices_[i].value](const ChoiceLook& look) {
+                      if (popup) popup->show_look(choice, look);
+                    });
     });
   };
+  popup_->set_has_swatches(static_cast<bool>(look_));
   popup_->show_choices(choices_, value_ ? value_ : default_);
   popup_->open_at(this, takes_text_, typed);
   if (ask_) ask({});

@@ -38,6 +38,17 @@ bool Field::place_fault(std::string_view path, const QString& sentence) {
 
 void Field::clear_faults() { set_fault({}); }
 
+std::vector<PartFault> Field::shown_faults() const {
+  if (fault_.isEmpty()) return {};
+  return {{"", fault_}};
+}
+
+void Field::hold_look(bool is_hovered, bool has_focus) {
+  holds_hover_ = is_hovered;
+  holds_focus_ = has_focus;
+  update();
+}
+
 void Field::set_source(const QString& note) {
   source_ = note;
   update();

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <QPainter>
 #include <QString>
@@ -16,6 +17,12 @@
 class QPushButton;
 
 namespace robomosp::viewer {
+
+/// A fault of a part of a value: its path as in place_fault(), and its sentence.
+struct PartFault {
+  std::string path;
+  QString sentence;
+};
 
 /// A widget for one value of a command, record or provider. Values are those of commands: numbers
 /// in SI units, texts with units or expressions, names of records. A value that was not edited is
@@ -42,6 +49,13 @@ class Field : public QWidget {
   /// False = the field has no such part; then the fault is shown at the whole.
   virtual bool place_fault(std::string_view path, const QString& sentence);
   virtual void clear_faults();
+  /// Whether it writes the sentence of a fault of that part itself, such as below an inner row.
+  [[nodiscard]] virtual bool shows_sentence(std::string_view path) const {
+    (void)path;
+    return false;
+  }
+  /// The faults that it shows, at the value or at parts of it.
+  [[nodiscard]] virtual std::vector<PartFault> shown_faults() const;
   [[nodiscard]] const QString& fault() const { return fault_; }
   [[nodiscard]] bool is_mixed() const { return is_mixed_; }
   [[nodiscard]] const std::optional<Value>& default_value() const { return default_; }
@@ -58,6 +72,11 @@ class Field : public QWidget {
   /// whole value. changed_value() is its value; nothing = it was removed.
   [[nodiscard]] virtual std::string changed_path() const { return {}; }
   [[nodiscard]] virtual std::optional<Value> changed_value() const { return value(); }
+  /// The unit of all its parts where these have no space for it; empty otherwise. Forms show it
+  /// beside the label.
+  [[nodiscard]] virtual QString unit_beside() const { return {}; }
+  /// Looks as under the mouse or with the focus, for pictures of all states.
+  void hold_look(bool is_hovered, bool has_focus);
   /// Whether it needs more than one line of a form.
   [[nodiscard]] virtual bool is_tall() const { return false; }
 
@@ -74,7 +93,8 @@ class Field : public QWidget {
   void focusInEvent(QFocusEvent* event) override;
   void focusOutEvent(QFocusEvent* event) override;
   void changeEvent(QEvent* event) override;
-  [[nodiscard]] bool is_hovered() const { return is_hovered_; }
+  [[nodiscard]] bool is_hovered() const { return is_hovered_ || holds_hover_; }
+  [[nodiscard]] bool looks_focused() const { return hasFocus() || holds_focus_; }
   /// Called after the theme changed.
   virtual void take_theme() {}
 
@@ -83,6 +103,7 @@ class Field : public QWidget {
  private:
   QString fault_, doc_, command_, source_;
   bool is_mixed_ = false, is_hovered_ = false;
+  bool holds_hover_ = false, holds_focus_ = false;
 };
 
 /// States in which the frame of a field is painted.

@@ -28,6 +28,11 @@ void Gauge::set_text(const QString& text) {
   update();
 }
 
+void Gauge::set_label(const QString& label) {
+  label_ = label;
+  update();
+}
+
 QSize Gauge::sizeHint() const { return {theme().px(160), theme().field_height}; }
 
 void Gauge::paintEvent(QPaintEvent*) {
@@ -35,7 +40,15 @@ void Gauge::paintEvent(QPaintEvent*) {
   QPainter p(this);
   p.setRenderHint(QPainter::Antialiasing);
   const int number_width = t.px(38);
-  const QRect bar(0, height() / 2 - t.px(2), std::max(t.px(24), width() * 3 / 10), t.px(4));
+  int left = 0;
+  if (!label_.isEmpty()) {
+    p.setFont(t.ui);
+    p.setPen(t.text_dim);
+    left = std::min(t.label_width, width() / 3);
+    paint_text(p, QRect(0, 0, left, height()), Qt::AlignVCenter | Qt::AlignLeft, label_);
+  }
+  const int bar_width = label_.isEmpty() ? std::max(t.px(24), width() * 3 / 10) : t.px(46);
+  const QRect bar(left, height() / 2 - t.px(2), bar_width, t.px(4));
   p.setPen(Qt::NoPen);
   p.setBrush(t.line);
   p.drawRoundedRect(bar, 2, 2);
@@ -110,12 +123,25 @@ bool JointRow::is_near_limit() const {
   return *now - format_.min < kNear * range || format_.max - *now < kNear * range;
 }
 
-QSize JointRow::sizeHint() const { return {theme().px(300), theme().property_row}; }
+QSize JointRow::sizeHint() const {
+  const Theme& t = theme();
+  return {t.px(300), is_stacked_ ? t.property_row + t.px(16) : t.property_row};
+}
+QSize JointRow::minimumSizeHint() const { return {theme().px(180), sizeHint().height()}; }
+
+void JointRow::take_theme() { arrange(); }
+
+QRect JointRow::bar_line() const {
+  const int high = theme().property_row;
+  return is_stacked_ ? QRect(0, height() - high, width(), high) : rect();
+}
 
 QRect JointRow::bar() const {
   const Theme& t = theme();
   const int left = less_->geometry().right() + t.px(4);
-  return {left, (height() - t.field_height) / 2, field_->geometry().left() - left, t.field_height};
+  const QRect line = bar_line();
+  return {left, line.top() + (line.height() - t.field_height) / 2, field_->geometry().left() - left,
+          t.field_height};
 }
 
 void JointRow::resizeEvent(QResizeEvent* event) {
@@ -125,15 +151,27 @@ void JointRow::resizeEvent(QResizeEvent* event) {
 
 void JointRow::arrange() {
   const Theme& t = theme();
+  constexpr int kLeastOfOneLine = 400;  // of the design [px]
+  if (const bool is_stacked = width() < t.px(kLeastOfOneLine); is_stacked != is_stacked_) {
+    is_stacked_ = is_stacked;
+    updateGeometry();
+  }
   const int effort_width = effort_ ? t.px(52) : 0, side = t.px(20), field_width = t.px(70);
-  const int top = (height() - t.field_height) / 2;
-  more_->setGeometry(width() - effort_width - side, (height() - side) / 2, side, side);
+  const QRect line = bar_line();
+  const int top = line.top() + (line.height() - t.field_height) / 2;
+  const int button_top = line.top() + (line.height() - side) / 2;
+  // The torque is beside the name where that has its own line.
+  const int end = is_stacked_ ? width() : width() - effort_width;
+  more_->setGeometry(end - side, button_top, side, side);
   field_->setGeometry(more_->geometry().left() - field_width - t.px(2), top, field_width,
                       t.field_height);
-  const int bar_width = std::clamp(
-      width() - t.px(118) - effort_width - field_width - 2 * side - t.px(8), t.px(40), t.px(120));
-  less_->setGeometry(field_->geometry().left() - bar_width - side - t.px(4), (height() - side) / 2,
-                     side, side);
+  const int bar_width =
+      is_stacked_
+          ? std::max(t.px(40), field_->geometry().left() - side - t.px(18))
+          : std::clamp(width() - t.px(118) - effort_width - field_width - 2 * side - t.px(8),
+                       t.px(40), t.px(160));
+  less_->setGeometry(field_->geometry().left() - bar_width - side - t.px(4), button_top, side,
+                     side);
 }
 
 void JointRow::paintEvent(QPaintEvent*) {
@@ -141,10 +179,12 @@ void JointRow::paintEvent(QPaintEvent*) {
   QPainter p(this);
   p.setFont(t.mono);
   p.setPen(t.text_quiet);
-  p.drawText(QRect(0, 0, t.px(14), height()), Qt::AlignVCenter, QString::number(number_));
+  const int name_height = is_stacked_ ? height() - bar_line().height() + t.px(4) : height();
+  p.drawText(QRect(0, 0, t.px(14), name_height), Qt::AlignVCenter, QString::number(number_));
   p.setFont(t.ui);
   p.setPen(isEnabled() ? t.text : t.disabled);
-  paint_text(p, QRect(t.px(16), 0, less_->geometry().left() - t.px(18), height()),
+  const int name_end = is_stacked_ ? width() - (effort_ ? t.px(56) : 0) : less_->geometry().left();
+  paint_text(p, QRect(t.px(16), 0, name_end - t.px(18), name_height),
              Qt::AlignVCenter | Qt::AlignLeft, name_);
   const QRect b = bar();
   paint_field(p, b, {is_hovered(), false, !fault().isEmpty(), isEnabled(), is_dragged_});
@@ -173,7 +213,9 @@ void JointRow::paintEvent(QPaintEvent*) {
                                : t.ok_fill);
     p.setFont(t.mono);
     p.setPen(share >= 1 ? t.fault : share > 0.8 ? t.warn : t.text_dim);
-    p.drawText(QRect(more_->geometry().right(), 0, width() - more_->geometry().right(), height()),
+    p.drawText(is_stacked_ ? QRect(name_end, 0, width() - name_end, name_height)
+                           : QRect(more_->geometry().right(), 0,
+                                   width() - more_->geometry().right(), height()),
                Qt::AlignVCenter | Qt::AlignRight, number_text(std::round(*effort_ * 100) / 100));
   }
 }

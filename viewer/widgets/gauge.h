@@ -18,6 +18,8 @@ class Gauge : public QWidget {
   explicit Gauge(QWidget* parent = nullptr);
   void set_share(double share);  ///< clamped to the bar; above 1 = over the limit
   void set_text(const QString& text);
+  /// A label in front of the bar; empty = none.
+  void set_label(const QString& label);
   void set_warn(double share) { warn_ = share; }
   [[nodiscard]] double share() const { return share_; }
   QSize sizeHint() const override;
@@ -27,7 +29,7 @@ class Gauge : public QWidget {
 
  private:
   double share_ = 0, warn_ = 0.8;
-  QString text_;
+  QString text_, label_;
 };
 
 /// A joint: number, name, buttons to step, position between the limits with the torque as a share
@@ -43,12 +45,16 @@ class JointRow : public Field {
   [[nodiscard]] NumberField* field() const { return field_; }
   /// Whether the position is within 5 % of the range of a limit.
   [[nodiscard]] bool is_near_limit() const;
+  /// Whether the bar and the number are below the name, since there is no space beside it.
+  [[nodiscard]] bool is_stacked() const { return is_stacked_; }
   QSize sizeHint() const override;
+  QSize minimumSizeHint() const override;
 
  protected:
   void paintEvent(QPaintEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void keyPressEvent(QKeyEvent* event) override;
+  void take_theme() override;
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
   void mouseReleaseEvent(QMouseEvent* event) override;
@@ -56,6 +62,8 @@ class JointRow : public Field {
  private:
   void arrange();
   [[nodiscard]] QRect bar() const;
+  /// Top and height of the line with the bar.
+  [[nodiscard]] QRect bar_line() const;
   void step(int by);
   void drag_to(int x, Stage stage);
   int number_;
@@ -65,7 +73,7 @@ class JointRow : public Field {
   QToolButton *less_, *more_;
   double step_;
   std::optional<double> effort_, effort_limit_;
-  bool is_dragged_ = false;
+  bool is_dragged_ = false, is_stacked_ = false;
 };
 
 }  // namespace robomosp::viewer

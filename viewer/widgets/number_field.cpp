@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include <QAbstractItemView>
 #include <QApplication>
 #include <QClipboard>
+#include <QCompleter>
 #include <QContextMenuEvent>
 #include <QKeyEvent>
 #include <QLineEdit>
@@ -214,20 +216,37 @@ QSize NumberField::sizeHint() const {
 }
 QSize NumberField::minimumSizeHint() const {
   const Theme& t = theme();
-  return {t.px(56), t.field_height};
+  const int prefix = prefix_.isEmpty() ? 0 : QFontMetrics(t.small).horizontalAdvance(prefix_);
+  return {t.px(56) + prefix, t.field_height};
+}
+
+void NumberField::set_shows_unit(bool on) {
+  if (shows_unit_ == on) return;
+  shows_unit_ = on;
+  update();
+}
+
+int NumberField::width_with_unit() const {
+  const Theme& t = theme();
+  const QFontMetrics small(t.small), mono(t.mono);
+  int width = mono.horizontalAdvance(QStringLiteral("\u22121234.5")) + 2 * t.px(6);
+  if (axis_ >= 0) width += t.px(8);
+  if (!prefix_.isEmpty()) width += small.horizontalAdvance(prefix_) + t.px(4);
+  const QString unit = unit_text(format_.shown);
+  return unit.isEmpty() ? width : width + small.horizontalAdvance(unit) + t.px(3);
 }
 
 void NumberField::paintEvent(QPaintEvent*) {
   const Theme& t = theme();
   QPainter p(this);
   const bool has_fault = !fault().isEmpty();
-  const bool has_focus = hasFocus() || (edit_ && edit_->hasFocus());
+  const bool has_focus = looks_focused() || (edit_ && edit_->hasFocus());
   paint_field(p, rect(), {is_hovered(), has_focus, has_fault, isEnabled(), is_dragged_});
   const QRect inner = rect().adjusted(2, 2, -2, -2);
   const auto& v = effective();
   const auto si = number();
   if (!edit_ && isEnabled() && !has_fault && si && fill_to_ > fill_from_ &&
-      (is_hovered() || is_dragged_ || hasFocus())) {
+      (is_hovered() || is_dragged_ || looks_focused())) {
     const double share = std::clamp((*si - fill_from_) / (fill_to_ - fill_from_), 0.0, 1.0);
     p.fillRect(
         QRect(inner.left(), inner.top(), static_cast<int>(inner.width() * share), inner.height()),
@@ -305,7 +324,7 @@ void NumberField::paintEvent(QPaintEvent*) {
   p.setFont(t.small);
   const int unit_width = p.fontMetrics().horizontalAdvance(unit);
   // A field that has no space for both shows the number.
-  if (!unit.isEmpty() && room.width() - unit_width > t.px(28)) {
+  if (!unit.isEmpty() && shows_unit_ && room.width() - unit_width > t.px(28)) {
     p.setPen(isEnabled() ? t.text_dim : t.disabled);
     p.drawText(room, Qt::AlignVCenter | Qt::AlignRight, unit);
     room.setRight(room.right() - unit_width - t.px(3));
@@ -352,10 +371,57 @@ void NumberField::begin_edit(const QString& typed) {
     place_edit();
     update();
   });
+  if (!typed.isEmpty()) Q_EMIT edit_->textChanged(edit_->text());
+  if (format_.names)
+    QObject::connect(edit_, &QLineEdit::textEdited, this, [this] { offer_names(); });
   setFocusProxy(nullptr);
   place_edit();
   edit_->show();
   edit_->setFocus(Qt::OtherFocusReason);
+}
+
+namespace {
+
+/// The name that ends at the cursor: "bo" of "2*bo|+1"; empty after a digit or an operator.
+QString name_before(const QString& text, qsizetype cursor) {
+  qsizetype from = cursor;
+  while (from > 0 && (text[from - 1].isLetterOrNumber() || text[from - 1] == '_')) --from;
+  return from < cursor && text[from].isLetter() ? text.mid(from, cursor - from) : QString();
+}
+
+}  // namespace
+
+void NumberField::offer_names() {
+  if (!edit_) return;
+  const QString begun = name_before(edit_->text(), edit_->cursorPosition());
+  if (!completer_) {
+    completer_ = new QCompleter(format_.names(), edit_);
+    completer_->setWidget(edit_);
+    completer_->setCaseSensitivity(Qt::CaseInsensitive);
+    completer_->popup()->setObjectName(objectName() + ".names");
+    completer_->popup()->setAccessibleName("Names for the expression");
+    QObject::connect(completer_, qOverload<const QString&>(&QCompleter::activated), this,
+                     [this](const QString& name) { take_name(name); });
+  }
+  completer_->setCompletionPrefix(begun);
+  const bool is_whole =
+      completer_->completionCount() == 1 && completer_->currentCompletion() == begun;
+  if (begun.isEmpty() || completer_->completionCount() == 0 || is_whole) {
+    completer_->popup()->hide();
+    return;
+  }
+  completer_->complete();
+  completer_->popup()->setCurrentIndex(completer_->completionModel()->index(0, 0));
+}
+
+void NumberField::take_name(const QString& name) {
+  if (!edit_) return;
+  const qsizetype cursor = edit_->cursorPosition();
+  const qsizetype begun = name_before(edit_->text(), cursor).size();
+  QString text = edit_->text();
+  text.replace(cursor - begun, begun, name);
+  edit_->setText(text);
+  edit_->setCursorPosition(static_cast<int>(cursor - begun + name.size()));
 }
 
 void NumberField::place_edit() {
@@ -372,6 +438,7 @@ void NumberField::end_edit(bool keep) {
   if (!edit_ || is_ending_) return;
   is_ending_ = true;
   QLineEdit* edit = edit_;
+  completer_ = nullptr;  // ends with the line
   const bool had_focus = edit->hasFocus();
   const QString typed = edit->text();
   const bool is_changed = edit->isModified() || typed != edit_text();

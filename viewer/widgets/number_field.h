@@ -2,13 +2,17 @@
 // NumberField: a number with its unit, dragged, stepped or typed (layer: GUI).
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
 
+#include <QStringList>
+
 #include "kernel/units.h"
 #include "viewer/widgets/field.h"
 
+class QCompleter;
 class QLineEdit;
 
 namespace robomosp::viewer {
@@ -19,11 +23,12 @@ struct NumberFormat {
   std::string shown{};  ///< unit in which it is shown; "" = `unit`
   double min = -std::numeric_limits<double>::infinity();  ///< SI
   double max = std::numeric_limits<double>::infinity();   ///< SI
-  double step = 0;                 ///< sensible change [SI]; 0 = from the value
-  bool is_whole = false;           ///< integers only
-  bool is_logarithmic = false;     ///< dragging multiplies
-  bool takes_infinity = false;     ///< `inf` may be typed
-  bool takes_expressions = false;  ///< texts such as "bore/2" are values
+  double step = 0;                       ///< sensible change [SI]; 0 = from the value
+  bool is_whole = false;                 ///< integers only
+  bool is_logarithmic = false;           ///< dragging multiplies
+  bool takes_infinity = false;           ///< `inf` may be typed
+  bool takes_expressions = false;        ///< texts such as "bore/2" are values
+  std::function<QStringList()> names{};  ///< that are offered while an expression is typed
 };
 
 /// Dragging sideways changes the value; Shift makes it ten times finer, Ctrl snaps to round
@@ -45,6 +50,10 @@ class NumberField : public Field {
   void set_prefix(const QString& prefix, int axis = -1);
   /// Range over which the fill is drawn [SI]; by default that of the format.
   void set_fill_range(double from, double to);
+  /// Where it is false, the owner shows the unit.
+  void set_shows_unit(bool on);
+  /// The least width in which a number of seven digits and the unit have space.
+  [[nodiscard]] int width_with_unit() const;
   /// False: Delete and an empty text are ignored.
   void set_may_be_empty(bool on) { may_be_empty_ = on; }
 
@@ -89,6 +98,8 @@ class NumberField : public Field {
   void step_by(double steps);
   void end_edit(bool keep);
   void place_edit();
+  void offer_names();
+  void take_name(const QString& name);
   void show_value();
   void copy() const;
   void take_default();
@@ -100,8 +111,9 @@ class NumberField : public Field {
   QString prefix_, note_;
   int axis_ = -1;
   double fill_from_ = 0, fill_to_ = 0;
-  bool may_be_empty_ = true;
+  bool may_be_empty_ = true, shows_unit_ = true;
   QLineEdit* edit_ = nullptr;
+  QCompleter* completer_ = nullptr;  ///< of names, while one is typed
   bool is_ending_ = false;
   // A drag.
   bool is_pressed_ = false, is_dragged_ = false;

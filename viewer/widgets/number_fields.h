@@ -42,6 +42,8 @@ class VectorField : public Field {
   void set_mixed(bool on) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
+  [[nodiscard]] QString unit_beside() const override { return unit_beside_; }
   [[nodiscard]] bool is_tall() const override;
   /// Names and formats for a list of numbers, such as the joints of a robot; the count becomes
   /// fixed.
@@ -53,8 +55,13 @@ class VectorField : public Field {
   void set_computed(std::size_t component, std::optional<double> si);
   void set_per_row(int count);
 
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+  void take_theme() override;
+
  private:
   NumberField* add_field();
+  void place_unit();
   void build(std::size_t count);
   void take(std::size_t index, Stage stage);
   void name_fields();
@@ -67,6 +74,8 @@ class VectorField : public Field {
   int per_row_ = 3;
   bool was_array_ = false;  ///< an array stays one as long as all are numbers
   std::size_t changed_ = 0;
+  bool is_edited_ = false;  ///< by the user, at changed_, since it was set
+  QString unit_beside_;
 };
 
 /// Rows of numbers; rows can be added and removed where their count is not fixed.
@@ -77,6 +86,7 @@ class MatrixField : public Field {
   void set_value(const std::optional<Value>& value) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
   [[nodiscard]] bool is_tall() const override { return true; }
 
  private:
@@ -86,23 +96,25 @@ class MatrixField : public Field {
   NumberFormat each_;
   std::vector<NumberField*> fields_;  ///< row by row
   bool was_array_ = false;
+  std::optional<std::size_t> changed_;  ///< the number that was edited last, since it was set
   std::optional<Value> value_;
   QGridLayout* grid_;
   QWidget* tools_;
 };
 
-/// Position and orientation: as angles A, B, C about z, y, x, as a quaternion, or as a matrix.
-/// Other representations that commands take (cylindrical, axis and angle ...) are kept until an
-/// edit.
+/// Position and orientation: as angles A, B, C about z, y, x, as a quaternion, as an axis with an
+/// angle, or as a matrix. Other representations that commands take (cylindrical, Euler angles ...)
+/// are kept until an edit.
 class PoseField : public Field {
  public:
-  enum class Shown { angles, quaternion, matrix };
+  enum class Shown { angles, quaternion, axis, matrix };
   explicit PoseField(QWidget* parent = nullptr);
   [[nodiscard]] std::optional<Value> value() const override { return value_; }
   void set_value(const std::optional<Value>& value) override;
   void set_mixed(bool on) override;
   bool place_fault(std::string_view path, const QString& sentence) override;
   void clear_faults() override;
+  [[nodiscard]] std::vector<PartFault> shown_faults() const override;
   [[nodiscard]] bool is_tall() const override { return true; }
   void show_as(Shown shown);
   [[nodiscard]] Shown shown_as() const { return shown_; }
@@ -112,21 +124,31 @@ class PoseField : public Field {
   void set_sources(std::function<void()> from_selection, std::function<void()> from_view);
   /// As an edit by the user.
   void set_pose(const Pose& pose);
+  /// Copies the pose as Lua, and takes one from the clipboard: Lua, or 3, 6, 7, 12 or 16 numbers.
+  void copy() const;
+  void paste();
+  QSize minimumSizeHint() const override;
 
  protected:
   void take_theme() override;
+  void resizeEvent(QResizeEvent* event) override;
 
  private:
+  void make_buttons();
   void show_pose();
-  void take(Stage stage);
+  void show_button_texts();
+  void take(Field* changed, Stage stage);
+  [[nodiscard]] std::vector<Field*> parts() const;
   std::optional<Value> value_;
   bool was_matrix_ = false;  ///< a matrix stays one
   Pose pose_{};
   Shown shown_ = Shown::angles;
-  VectorField *position_, *angles_, *quaternion_;
+  VectorField *position_, *angles_, *quaternion_, *axis_;
   MatrixField* matrix_;
+  Field* changed_ = nullptr;  ///< the part that was edited since the value was set
   std::vector<QPushButton*> segments_;
-  QPushButton *from_selection_, *from_view_, *copy_;
+  QPushButton *from_selection_ = nullptr, *from_view_ = nullptr, *copy_ = nullptr,
+              *paste_ = nullptr;
   bool is_setting_ = false;
 };
 

@@ -13,12 +13,12 @@
 #include <QMouseEvent>
 #include <QPlainTextEdit>
 #include <QPointer>
-#include <QStyle>
 #include <QToolButton>
 
 #include "kernel/literal.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
+#include "viewer/widgets/restyle.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -26,10 +26,13 @@ namespace {
 /// Longer literals are shown by their beginning and are not typed.
 constexpr std::size_t kLongestLiteral = 4000;
 
-void restyle(QWidget* widget) {
-  widget->style()->unpolish(widget);
-  widget->style()->polish(widget);
+QString colour_text(const QColor& c) {
+  QString s = c.name();
+  if (c.alpha() != 255) s += QStringLiteral("%1").arg(c.alpha(), 2, 16, QChar('0'));
+  return s;
 }
+
+}  // namespace
 
 std::optional<QColor> colour_of(const Value& v) {
   if (const std::string* s = v.as_string()) {
@@ -52,14 +55,6 @@ std::optional<QColor> colour_of(const Value& v) {
   };
   return QColor::fromRgbF(part(0), part(1), part(2), part(3));
 }
-
-QString colour_text(const QColor& c) {
-  QString s = c.name();
-  if (c.alpha() != 255) s += QStringLiteral("%1").arg(c.alpha(), 2, 16, QChar('0'));
-  return s;
-}
-
-}  // namespace
 
 // ---- BoolField ----
 
@@ -91,11 +86,11 @@ void BoolField::paintEvent(QPaintEvent*) {
   const int side = t.px(14);
   const QRect box(1, (height() - side) / 2, side, side);
   const bool on = is_on() && !is_mixed();
-  FieldLook look{is_hovered(), hasFocus(), !fault().isEmpty(), isEnabled(), false};
+  FieldLook look{is_hovered(), looks_focused(), !fault().isEmpty(), isEnabled(), false};
   paint_field(p, box, look);
   const double ratio = devicePixelRatioF();
   if (on && isEnabled()) {
-    p.setPen(hasFocus() ? QPen(t.text, 1) : Qt::NoPen);
+    p.setPen(looks_focused() ? QPen(t.text, 1) : Qt::NoPen);
     p.setBrush(value_ ? t.accent_fill : t.text_quiet);
     p.drawRoundedRect(QRectF(box).adjusted(0.5, 0.5, -0.5, -0.5), t.radius, t.radius);
   }
@@ -191,7 +186,7 @@ bool TextField::place_fault(std::string_view path, const QString& sentence) {
   const bool is_own = Field::place_fault(path, sentence);
   line_->setProperty("fault", !sentence.isEmpty());
   line_->setToolTip(toolTip());
-  restyle(line_);
+  restyle(*line_);
   return is_own;
 }
 
@@ -527,7 +522,7 @@ void ColourField::paintEvent(QPaintEvent*) {
   QPainter p(this);
   paint_field(
       p, rect(),
-      {is_hovered(), hasFocus() || line_->hasFocus(), !fault().isEmpty(), isEnabled(), false});
+      {is_hovered(), looks_focused() || line_->hasFocus(), !fault().isEmpty(), isEnabled(), false});
   const QColor c = colour();
   p.setPen(t.field_line);
   if (c.isValid()) {

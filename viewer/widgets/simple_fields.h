@@ -102,6 +102,9 @@ class ScriptField : public Field {
   bool is_setting_ = false;
 };
 
+/// A colour as commands take it: "#rrggbb", "#rrggbbaa", a name, or three or four numbers 0..1.
+[[nodiscard]] std::optional<QColor> colour_of(const Value& value);
+
 /// A colour: `#rrggbb` or `#rrggbbaa` typed, or chosen by hue, saturation and value. Dragging in
 /// the chooser is a drag of the field.
 class ColourField : public Field {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <utility>
 
 #include <QGridLayout>
 #include <QToolButton>
@@ -113,7 +114,34 @@ void VectorField::build(std::size_t count) {
     fewer_->setEnabled(count > 0);
   }
   name_fields();
+  place_unit();
   updateGeometry();
+}
+
+void VectorField::resizeEvent(QResizeEvent* event) {
+  Field::resizeEvent(event);
+  place_unit();
+}
+
+void VectorField::take_theme() { place_unit(); }
+
+void VectorField::place_unit() {
+  const int columns = std::min(per_row_, static_cast<int>(fields_.size()));
+  QString unit;
+  bool has_space = true;
+  if (columns > 0) {
+    const int each = (width() - grid_->horizontalSpacing() * (columns - 1)) / columns;
+    unit = unit_text(fields_.front()->format().shown);
+    for (const NumberField* f : fields_) {
+      if (unit_text(f->format().shown) != unit) unit.clear();  // each has its own
+      has_space = has_space && f->width_with_unit() <= each;
+    }
+  }
+  const QString beside = has_space ? QString() : unit;
+  for (NumberField* f : fields_) f->set_shows_unit(beside.isEmpty());
+  if (std::exchange(unit_beside_, beside) == beside) return;
+  // A form draws it beside the label.
+  for (QWidget* w = parentWidget(); w && !w->isWindow(); w = w->parentWidget()) w->update();
 }
 
 void VectorField::name_fields() {
@@ -164,6 +192,7 @@ std::optional<Value> VectorField::value() const {
 void VectorField::set_value(const std::optional<Value>& value) {
   was_array_ = value && value->as_array();
   value_ = value;
+  is_edited_ = false;
   const auto parts = value ? elements_of(*value) : std::vector<Value>();
   if (components_.empty()) build(parts.size());
   for (std::size_t i = 0; i < fields_.size(); ++i)
@@ -190,6 +219,7 @@ void VectorField::set_computed(std::size_t component, std::optional<double> si) 
 void VectorField::take(std::size_t index, Stage stage) {
   value_.reset();
   changed_ = index;
+  is_edited_ = true;
   set_fault({});
   notify(stage);
 }
@@ -203,13 +233,24 @@ bool VectorField::place_fault(std::string_view path, const QString& sentence) {
     fields_[*index]->set_fault(sentence);
     return true;
   }
-  for (NumberField* f : fields_) f->set_fault(sentence);
+  // A sentence about the whole that follows an edit is about the component that was edited.
+  if (is_edited_ && changed_ < fields_.size()) fields_[changed_]->set_fault(sentence);
+  else
+    for (NumberField* f : fields_) f->set_fault(sentence);
   return Field::place_fault(path, sentence);
 }
 
 void VectorField::clear_faults() {
   Field::clear_faults();
   for (NumberField* f : fields_) f->clear_faults();
+}
+
+std::vector<PartFault> VectorField::shown_faults() const {
+  std::vector<PartFault> out;
+  for (std::size_t i = 0; i < fields_.size(); ++i)
+    if (!fields_[i]->fault().isEmpty())
+      out.push_back({"[" + std::to_string(i + 1) + "]", fields_[i]->fault()});
+  return out.empty() ? Field::shown_faults() : out;
 }
 
 // ---- MatrixField ----
@@ -274,8 +315,9 @@ void MatrixField::build(std::size_t rows, std::size_t cols) {
       f->set_may_be_empty(false);
       f->describe(QString("%1 row %2 column %3").arg(accessibleName()).arg(r + 1).arg(c + 1), {},
                   {}, QString("%1[%2][%3]").arg(objectName()).arg(r + 1).arg(c + 1));
-      f->on_change = [this](Stage stage) {
+      f->on_change = [this, at = r * cols + c](Stage stage) {
         value_.reset();
+        changed_ = at;
         set_fault({});
         notify(stage);
       };
@@ -294,6 +336,7 @@ void MatrixField::resize_to(std::size_t rows, std::size_t cols) {
     for (std::size_t c = 0; c < cols_; ++c)
       kept[r].push_back(fields_[r * cols_ + c]->value().value_or(Value(0.0)));
   value_.reset();
+  changed_.reset();
   build(rows, cols);
   for (std::size_t r = 0; r < rows; ++r)
     for (std::size_t c = 0; c < cols; ++c)
@@ -325,6 +368,7 @@ std::optional<Value> MatrixField::value() const {
 
 void MatrixField::set_value(const std::optional<Value>& value) {
   was_array_ = value && value->as_array();
+  changed_.reset();
   std::vector<std::vector<Value>> rows;
   if (value) {
     if (const NumericArray* a = value->as_array(); a && a->is_matrix()) {
@@ -352,7 +396,18 @@ bool MatrixField::place_fault(std::string_view path, const QString& sentence) {
       if (!c || *c == i) fields_[*r * cols_ + i]->set_fault(sentence);
     return true;
   }
+  if (changed_ && *changed_ < fields_.size()) fields_[*changed_]->set_fault(sentence);
   return Field::place_fault(path, sentence);
+}
+
+std::vector<PartFault> MatrixField::shown_faults() const {
+  std::vector<PartFault> out;
+  for (std::size_t i = 0; i < fields_.size(); ++i)
+    if (!fields_[i]->fault().isEmpty())
+      out.push_back(
+          {"[" + std::to_string(i / cols_ + 1) + "][" + std::to_string(i % cols_ + 1) + "]",
+           fields_[i]->fault()});
+  return out.empty() ? Field::shown_faults() : out;
 }
 
 void MatrixField::clear_faults() {

@@ -12,33 +12,49 @@
 #include <QOffscreenSurface>
 #include <QOpenGLContext>
 #include <QOpenGLFunctions>
-#include <QOpenGLWidget>
 #include <QPainter>
-#include <QPointer>
 #include <QWheelEvent>
 
 #include "viewer/scene/linear.h"
 #include "viewer/scene/offscreen.h"
+#include "viewer/theme/theme.h"
+#include "viewer/window/display_surface.h"
+#include "viewer/window/refiner.h"
+#include "viewer/window/window_opengl.h"
 
 namespace robomosp::viewer {
 namespace {
 
 constexpr int kIdleMs = 300;
 constexpr int kFlightMs = 250;
+constexpr int kStillMs = 120;  ///< without a motion the view is at rest
 
-/// Debian's OpenSceneGraph needs the compatibility profile.
+/// Of the theme, for outlines of the selection.
+Colour accent() {
+  const QColor c = theme().accent;
+  return {static_cast<float>(c.redF()), static_cast<float>(c.greenF()),
+          static_cast<float>(c.blueF()), 1};
+}
+
+bool is_software(const QString& renderer) {
+  return renderer.contains("llvmpipe") || renderer.contains("softpipe") ||
+         renderer.contains("swrast");
+}
+
+}  // namespace
+
 QSurfaceFormat format_with(int samples) {
   QSurfaceFormat format;
   format.setRenderableType(QSurfaceFormat::OpenGL);
   format.setProfile(QSurfaceFormat::CompatibilityProfile);
   format.setVersion(2, 1);
   format.setDepthBufferSize(24);
+  format.setStencilBufferSize(8);  // outlines of the selection need it
   format.setSamples(samples);
   return format;
 }
 
-/// Name of the OpenGL renderer that windows get; empty if they get none.
-QString window_renderer() {
+WindowOpenGl window_opengl() {
   const QString platform = QGuiApplication::platformName();
   if (platform != "xcb" && !platform.startsWith("wayland")) return {};
   QOpenGLContext context;
@@ -47,161 +63,14 @@ QString window_renderer() {
   surface.setFormat(format_with(0));
   surface.create();
   if (!context.create() || !context.makeCurrent(&surface)) return {};
-  const auto* name = context.functions()->glGetString(GL_RENDERER);
-  const QString result = QString::fromUtf8(reinterpret_cast<const char*>(name));
+  const auto text = [&](GLenum which) {
+    return QString::fromUtf8(
+        reinterpret_cast<const char*>(context.functions()->glGetString(which)));
+  };
+  WindowOpenGl out{text(GL_RENDERER), text(GL_VERSION)};
   context.doneCurrent();
-  return result;
+  return out;
 }
-
-bool is_software(const QString& renderer) {
-  return renderer.contains("llvmpipe") || renderer.contains("softpipe") ||
-         renderer.contains("swrast");
-}
-
-QImage image_of(const Image& image) {
-  return QImage(image.rgb.data(), image.width, image.height, 3 * image.width, QImage::Format_RGB888)
-      .copy();
-}
-
-}  // namespace
-
-/// The child that fills the display.
-class Display::Surface {
- public:
-  virtual ~Surface() = default;
-  virtual QWidget* widget() = 0;
-  virtual SceneView& scene() = 0;
-  virtual void redraw() = 0;
-  virtual void resize(int width_px, int height_px) = 0;
-  virtual QImage shown() = 0;
-  /// Lets other code use OpenGL in this thread.
-  virtual void let_go() {}
-  int drawn = 0;
-  QString renderer;
-};
-
-class Display::GlSurface : public Display::Surface {
- public:
-  GlSurface(QWidget* parent, Quality quality, int samples)
-      : scene_(quality, Target::window), view_(new View(*this, parent)) {
-    view_->setFormat(format_with(samples));
-  }
-  ~GlSurface() override {
-    release();
-    delete view_;  // it refers to this object
-  }
-  QWidget* widget() override { return view_; }
-  SceneView& scene() override { return scene_; }
-  void redraw() override { view_->update(); }
-  void resize(int width, int height) override { scene_.resize(width, height); }
-  QImage shown() override { return view_->grabFramebuffer(); }
-  void let_go() override {
-    // Qt draws the window itself in a context of its own.
-    if (QOpenGLContext* context = QOpenGLContext::currentContext()) context->doneCurrent();
-  }
-
- private:
-  class View : public QOpenGLWidget {
-   public:
-    View(GlSurface& owner, QWidget* parent) : QOpenGLWidget(parent), owner_(owner) {}
-
-   protected:
-    void initializeGL() override {
-      connect(context(), &QOpenGLContext::aboutToBeDestroyed, this, [this] { owner_.release(); });
-    }
-    void paintGL() override {
-      // Qt may have made a new framebuffer, for example after a resize.
-      owner_.scene_.set_framebuffer(defaultFramebufferObject());
-      owner_.scene_.draw();
-      ++owner_.drawn;
-    }
-
-   private:
-    GlSurface& owner_;
-  };
-
-  void release() {
-    if (!view_ || !view_->context()) return;
-    view_->makeCurrent();
-    scene_.release();
-    view_->doneCurrent();
-  }
-
-  SceneView scene_;
-  QPointer<View> view_;
-};
-
-class Display::ImageSurface : public Display::Surface {
- public:
-  ImageSurface(QWidget* parent, OffscreenRenderer r)
-      : renderer_(std::move(r)), view_(new View(*this, parent)) {
-    renderer = QString::fromStdString(renderer_.renderer_name());
-  }
-  ~ImageSurface() override { delete view_; }
-  QWidget* widget() override { return view_; }
-  SceneView& scene() override { return renderer_.scene(); }
-  void redraw() override {
-    is_old_ = true;
-    view_->update();
-  }
-  void resize(int width, int height) override { renderer_.resize(width, height); }
-  QImage shown() override {
-    refresh();
-    return image_;
-  }
-
- private:
-  class View : public QWidget {
-   public:
-    View(ImageSurface& owner, QWidget* parent) : QWidget(parent), owner_(owner) {}
-
-   protected:
-    void paintEvent(QPaintEvent*) override {
-      owner_.refresh();
-      QPainter(this).drawImage(rect(), owner_.image_);
-    }
-
-   private:
-    ImageSurface& owner_;
-  };
-
-  void refresh() {
-    if (!std::exchange(is_old_, false)) return;
-    renderer_.restart();
-    renderer_.step();
-    image_ = image_of(renderer_.image());
-    ++drawn;
-  }
-
-  OffscreenRenderer renderer_;
-  QPointer<View> view_;
-  QImage image_;
-  bool is_old_ = true;
-};
-
-/// Shows the still over the surface.
-class Display::Overlay : public QWidget {
- public:
-  explicit Overlay(QWidget* parent) : QWidget(parent) {
-    setObjectName("display_overlay");
-    setAccessibleName("Fine picture");
-    setAttribute(Qt::WA_TransparentForMouseEvents);
-    hide();
-  }
-  void put(QImage image) {
-    image_ = std::move(image);
-    show();
-    raise();
-    update();
-  }
-  [[nodiscard]] const QImage& image() const { return image_; }
-
- protected:
-  void paintEvent(QPaintEvent*) override { QPainter(this).drawImage(rect(), image_); }
-
- private:
-  QImage image_;
-};
 
 Display::Display() : overlay_(new Overlay(this)) {
   flight_.setDuration(kFlightMs);
@@ -211,28 +80,27 @@ Display::Display() : overlay_(new Overlay(this)) {
   setObjectName("display");
   idle_.setSingleShot(true);
   connect(&idle_, &QTimer::timeout, this, [this] { refine(); });
+  still_.setSingleShot(true);
+  connect(&still_, &QTimer::timeout, this, [this] { come_to_rest(); });
+  mixing_.setSingleShot(true);
+  connect(&mixing_, &QTimer::timeout, this, [this] { show_mixed(); });
   setFocusPolicy(Qt::StrongFocus);
   setMinimumSize(320, 240);
   qApp->installEventFilter(this);
 }
 
-Display::~Display() { forget_refiner(); }
-
-void Display::forget_refiner() {
-  // Its end makes an EGL context current, as refine() does.
-  if (refiner_) surface_->let_go();
-  refiner_.reset();
-}
+Display::~Display() = default;
 
 Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
                                                  bool software_view) {
   std::unique_ptr<Display> display(new Display);
-  const QString renderer = software_view ? QString() : window_renderer();
+  const QString renderer = software_view ? QString() : window_opengl().renderer;
   if (!renderer.isEmpty()) {
     const bool is_slow = is_software(renderer);
     const Quality q = quality.value_or(is_slow ? Quality::fast : Quality::quality);
     display->surface_ = std::make_unique<GlSurface>(display.get(), q, is_slow ? 0 : 4);
     display->surface_->renderer = renderer;
+    display->surface_->is_software = is_slow;
   } else {
     auto offscreen = OffscreenRenderer::create(320, 240, quality.value_or(Quality::fast));
     if (!offscreen) {
@@ -241,78 +109,87 @@ Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
     }
     display->surface_ = std::make_unique<ImageSurface>(display.get(), std::move(offscreen).value());
   }
+  display->surface_->draw = [d = display.get()](SceneView& scene, int only) {
+    d->draw_shots(scene, only);
+  };
+  display->surface_->timed = [d = display.get()](double share, double seconds) {
+    d->pace_.drawn(share, seconds);
+  };
+  display->surface_->shots = [d = display.get()] { return d->shots(); };
   QWidget* view = display->surface_->widget();
   view->setObjectName("display_surface");
   view->setAccessibleName("Picture");
   view->setAttribute(Qt::WA_TransparentForMouseEvents);
+  // Above the surface, and below what is shown over both.
+  display->overlay_->raise();
   return display;
 }
 
 SceneView& Display::scene() const { return surface_->scene(); }
 
-void Display::changed() {
-  overlay_->hide();
-  is_started_ = false;
+/// A motion may be drawn with fewer pixels, until it comes to rest.
+void Display::changed(bool is_motion) {
+  surface_->share = is_motion ? pace_.share() : 1;
+  if (is_motion) still_.start(kStillMs);
+  is_refined_ = false;
+  if (refiner_) refiner_->cancel();
   if (is_refining_) idle_.start(kIdleMs);
   surface_->redraw();
+  if (is_mixed(stereo_.mode) && uses_window_opengl()) mixing_.start(0);
+  else overlay_->hide();
+  redrawn();
 }
+
+void Display::come_to_rest() {
+  if (!is_coarse()) return;
+  surface_->share = 1;
+  surface_->redraw();
+  if (is_mixed(stereo_.mode) && uses_window_opengl()) mixing_.start(0);
+}
+
+bool Display::is_coarse() const { return surface_->share < 1; }
 
 void Display::set_refining(bool on) {
   is_refining_ = on;
   if (!on) {
     idle_.stop();
-    forget_refiner();
+    refiner_.reset();
   }
   changed();
 }
 
-void Display::prepare_still(OffscreenRenderer& renderer) const {
-  const int width = renderer.scene().camera().width(), height = renderer.scene().camera().height();
-  renderer.scene().set_dark(is_dark_);
-  renderer.scene().sync(frame_);
-  renderer.scene().set_playback(playback_);
-  if (time_) renderer.scene().set_time(*time_);
-  renderer.scene().select(selected_);
-  renderer.scene().camera() = camera();
-  renderer.scene().camera().set_viewport(width, height);
-}
-
 void Display::refine() {
-  if (!isVisible()) return;
-  // An EGL context cannot become current beside one of another window system.
-  surface_->let_go();
-  const int width = camera().width(), height = camera().height();
+  if (!isVisible() || !is_refining_) return;
   if (!refiner_) {
-    auto renderer = OffscreenRenderer::create(width, height, Quality::quality);
-    if (!renderer) {  // the ordinary picture stays
-      is_refining_ = false;
-      return;
-    }
-    refiner_ = std::make_unique<OffscreenRenderer>(std::move(renderer).value());
+    refiner_ = std::make_unique<Refiner>();
+    refiner_->on_still = [this](const QImage& still, bool is_finished) {
+      overlay_->put(still);
+      is_refined_ = is_finished;
+      redrawn();
+    };
+    refiner_->on_failure = [this] { is_refining_ = false; };  // the ordinary picture stays
   }
-  if (!std::exchange(is_started_, true)) {
-    refiner_->resize(width, height);
-    prepare_still(*refiner_);
-  }
-  refiner_->step();
-  const int done = refiner_->passes_done(), wanted = refiner_->passes_wanted();
-  if (done == wanted || done == wanted / 4) overlay_->put(image_of(refiner_->image()));
-  // Back to the event loop between passes: a mouse movement ends it all.
-  if (done < wanted) idle_.start(0);
+  refiner_->start({frame_, playback_, time_, selected_, shots(), stereo_.mode, pixels(), is_dark_,
+                   accent(), theme().zoom});
 }
 
-bool Display::is_refined() const {
-  return overlay_->isVisible() && refiner_ && refiner_->passes_done() == refiner_->passes_wanted();
-}
+bool Display::is_refined() const { return overlay_->isVisible() && is_refined_; }
 
 void Display::set_frame(const Frame& frame) {
   frame_ = frame;
   resize_scene();
+  const OrbitCamera kept = scene().camera();
   scene().sync(frame);
+  if (!panes_.empty()) {
+    scene().camera() = kept;  // each view has its own
+    if (std::exchange(refits_panes_, false)) fit_panes();
+  }
   selected_.clear();
   for (const Item& item : frame.items)
     if (item.selected) selected_.push_back(item.id);
-  changed();
+  // Frames that follow each other show a motion.
+  changed(since_frame_.isValid() && since_frame_.elapsed() < kStillMs);
+  since_frame_.start();
 }
 
 void Display::set_playback(std::shared_ptr<const Playback> playback) {
@@ -324,7 +201,7 @@ void Display::set_playback(std::shared_ptr<const Playback> playback) {
 void Display::set_time(double time) {
   time_ = time;
   scene().set_time(time);
-  changed();
+  changed(true);
 }
 
 void Display::select(const std::vector<std::uint64_t>& ids) {
@@ -335,6 +212,14 @@ void Display::select(const std::vector<std::uint64_t>& ids) {
 
 void Display::look(Camera::View view) {
   scene().look(view);
+  changed();
+  camera_moved();
+}
+
+void Display::set_camera(const OrbitCamera& camera) {
+  const int width = scene().camera().width(), height = scene().camera().height();
+  scene().camera() = camera;
+  scene().camera().set_viewport(width, height);
   changed();
   camera_moved();
 }
@@ -350,7 +235,10 @@ void Display::camera_moved() {
   if (on_camera) on_camera();
 }
 
-void Display::forget_camera() { scene().forget_camera(); }
+void Display::forget_camera() {
+  if (panes_.empty()) scene().forget_camera();
+  else refits_panes_ = true;
+}
 
 void Display::fly_to(const std::vector<std::uint64_t>& ids) {
   std::vector<Vec3> points;
@@ -373,7 +261,7 @@ void Display::fly_to(const std::vector<std::uint64_t>& ids) {
     const Vec3 target = begin.target() + t * (end.target() - begin.target());
     const double distance = begin.distance() * std::pow(end.distance() / begin.distance(), t);
     scene().camera().look_from(target + distance * begin.backward(), target);
-    changed();
+    changed(true);
     camera_moved();
   });
   flight_.start();
@@ -382,6 +270,9 @@ void Display::fly_to(const std::vector<std::uint64_t>& ids) {
 void Display::set_dark(bool on) {
   is_dark_ = on;
   scene().set_dark(on);
+  scene().set_accent(accent());
+  scene().set_zoom(theme().zoom);
+  mark_panes();
   changed();
 }
 
@@ -395,19 +286,36 @@ const OrbitCamera& Display::camera() const { return scene().camera(); }
 
 std::optional<Pick> Display::pick(QPointF place) const {
   const double r = devicePixelRatioF();
-  return scene().pick(place.x() * r, place.y() * r);
+  if (!panes_.empty()) {
+    const View view = view_at(place);
+    const QPointF at = place - view.place.topLeft();
+    return scene().pick(view.camera, at.x() * r, at.y() * r);
+  }
+  const QPointF at = in_pane(place);
+  return scene().pick(at.x() * r, at.y() * r);
 }
 
 Result<Image> Display::still(int width, int height) {
   surface_->let_go();
   RMP_TRY_ASSIGN(auto renderer, OffscreenRenderer::create(width, height, Quality::quality));
-  prepare_still(renderer);
+  SceneView& other = renderer.scene();
+  other.set_dark(is_dark_);
+  other.set_accent(accent());
+  other.sync(frame_);
+  other.set_playback(playback_);
+  if (time_) other.set_time(*time_);
+  other.select(selected_);
+  other.camera() = camera();
+  other.camera().set_viewport(width, height);
   while (renderer.step()) {
   }
   return renderer.image();
 }
 
-QImage Display::shown() { return overlay_->isVisible() ? overlay_->image() : surface_->shown(); }
+QImage Display::shown() {
+  come_to_rest();
+  return overlay_->isVisible() ? overlay_->image() : surface_->shown();
+}
 int Display::pictures_drawn() const { return surface_->drawn; }
 bool Display::uses_window_opengl() const {
   return dynamic_cast<const GlSurface*>(surface_.get()) != nullptr;
@@ -416,6 +324,7 @@ const QString& Display::renderer_name() const { return surface_->renderer; }
 
 void Display::mousePressEvent(QMouseEvent* event) {
   flight_.stop();
+  activate_pane(pane_at(event->position()));
   pressed_ = last_ = event->position();
   pivot_.reset();
   is_click_ = event->button() == Qt::LeftButton;
@@ -423,8 +332,7 @@ void Display::mousePressEvent(QMouseEvent* event) {
 
 void Display::mouseMoveEvent(QMouseEvent* event) {
   const QPointF at = event->position();
-  // A hand trembles: less than this is still a click.
-  if (is_click_ && (at - pressed_).manhattanLength() < 4) return;
+  if (is_click_ && (at - pressed_).manhattanLength() < kLeastDrag) return;
   if (std::exchange(is_click_, false))
     if (const auto hit = pick(pressed_)) pivot_ = hit->point;
   const QPointF moved = (at - last_) * devicePixelRatioF();
@@ -439,7 +347,7 @@ void Display::mouseMoveEvent(QMouseEvent* event) {
   else if (event->buttons().testFlag(Qt::RightButton))
     c.zoom_at(0.5 * c.width(), 0.5 * c.height(), std::exp(-0.006 * moved.y()));
   else return;
-  changed();
+  changed(true);
   camera_moved();
 }
 
@@ -456,10 +364,11 @@ void Display::wheelEvent(QWheelEvent* event) {
   flight_.stop();
   const double r = devicePixelRatioF();
   const double steps = event->angleDelta().y() / 120.0;
-  scene().camera().zoom_at(event->position().x() * r, event->position().y() * r,
-                           std::pow(1.15, steps));
+  activate_pane(pane_at(event->position()));
+  const QPointF at = r * in_pane(event->position());
+  scene().camera().zoom_at(at.x(), at.y(), std::pow(1.15, steps));
   event->accept();
-  changed();
+  changed(true);
   camera_moved();
 }
 
@@ -470,7 +379,8 @@ void Display::resizeEvent(QResizeEvent*) {
   changed();
 }
 
-/// Passes of a still take long: whoever types or moves the mouse anywhere in the window comes first.
+/// Passes of a still take long: whoever types or moves the mouse anywhere in the window comes
+/// first.
 bool Display::eventFilter(QObject*, QEvent* event) {
   switch (event->type()) {
     case QEvent::KeyPress:
@@ -485,9 +395,10 @@ bool Display::eventFilter(QObject*, QEvent* event) {
 }
 
 void Display::resize_scene() {
-  const double r = devicePixelRatioF();
-  surface_->resize(static_cast<int>(std::lround(width() * r)),
-                   static_cast<int>(std::lround(height() * r)));
+  surface_->whole = pixels();
+  if (!panes_.empty()) return lay_panes();
+  const bool is_halved = stereo_.mode == Stereo::side_by_side;
+  surface_->resize(is_halved ? pixels().width() / 2 : pixels().width(), pixels().height());
 }
 
 }  // namespace robomosp::viewer

@@ -7,22 +7,29 @@
 #include <memory>
 #include <optional>
 
+#include <QElapsedTimer>
 #include <QTimer>
 #include <QVariantAnimation>
 #include <QWidget>
 
 #include <robomosp/sdk/result.h>
 
+#include "viewer/desktop/listeners.h"
 #include "viewer/frame.h"
 #include "viewer/scene/image.h"
 #include "viewer/scene/scene_view.h"
+#include "viewer/window/pace.h"
+#include "viewer/window/views.h"
 
 namespace robomosp::viewer {
 
-class OffscreenRenderer;
+class Refiner;
 
 class Display : public QWidget {
  public:
+  /// A press that moves the mouse by less is a click, since a hand trembles [px].
+  static constexpr int kLeastDrag = 4;
+
   /// Selects the drawing method for the running QApplication. Fails if neither method works.
   [[nodiscard]] static Result<std::unique_ptr<Display>> create(std::optional<Quality> quality,
                                                                bool software_view);
@@ -44,12 +51,40 @@ class Display : public QWidget {
   /// While nothing changes, replaces the picture by a still of best quality. Off by default.
   void set_refining(bool on);
 
+  /// Shows four views beside each other: top, perspective, front and right, each with a separate
+  /// camera. Mouse and keys act on the active one, which is the one last pressed in.
+  void set_four_view(bool on);
+  [[nodiscard]] bool has_four_view() const { return !panes_.empty(); }
+  [[nodiscard]] std::size_t active_pane() const { return active_; }
+  void activate_pane(std::size_t pane);
+  /// The view at a place of the widget [device-independent px]; the active one beside them.
+  [[nodiscard]] std::size_t pane_at(QPointF place) const;
+  /// Upper left corner of the active view in the widget [device-independent px]. camera() and its
+  /// projection belong to that view.
+  [[nodiscard]] QPointF pane_origin() const;
+  /// One of the views beside each other, or the only one.
+  struct View {
+    OrbitCamera camera;
+    QRectF place;  ///< in the widget [device-independent px]
+  };
+  [[nodiscard]] std::vector<View> views() const;
+  [[nodiscard]] View active_view() const;
+  /// The view that shows a place of the widget [device-independent px].
+  [[nodiscard]] View view_at(QPointF place) const;
+  /// Makes the view at a place the active one. True if another was.
+  bool activate_at(QPointF place);
+  void set_stereo(const StereoSettings& settings);
+  [[nodiscard]] const StereoSettings& stereo() const { return stereo_; }
+  /// Puts the camera of the active view where another one is.
+  void set_camera(const OrbitCamera& camera);
+
+  /// Of the active view.
   [[nodiscard]] const OrbitCamera& camera() const;
   /// True once the user moved the camera.
   [[nodiscard]] bool is_touched() const { return is_touched_; }
   /// True unless stills are impossible or off.
   [[nodiscard]] bool can_refine() const { return is_refining_; }
-  /// The item at a position of the widget [device-independent px].
+  /// The item at a position of the widget [device-independent px], as the view there shows it.
   [[nodiscard]] std::optional<Pick> pick(QPointF place) const;
   /// The picture as a still of the best quality; size in pixels.
   [[nodiscard]] Result<Image> still(int width, int height);
@@ -59,11 +94,14 @@ class Display : public QWidget {
   [[nodiscard]] int pictures_drawn() const;
   /// True once the still is on the screen.
   [[nodiscard]] bool is_refined() const;
+  /// True while the picture has fewer pixels than its place, because the view moves.
+  [[nodiscard]] bool is_coarse() const;
   [[nodiscard]] bool uses_window_opengl() const;
   [[nodiscard]] const QString& renderer_name() const;
 
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click without a drag
   std::function<void()> on_camera;                   ///< after each change of the camera
+  Listeners<> redrawn;  ///< after each change of what is shown, and when a still covers it
 
  protected:
   void mousePressEvent(QMouseEvent* event) override;
@@ -79,20 +117,43 @@ class Display : public QWidget {
   class GlSurface;
   class ImageSurface;
   class Overlay;
+  class PaneMarks;
+  struct Pane {
+    OrbitCamera camera, fitted;
+    QRect rect;  ///< [px]
+  };
   Display();
-  void prepare_still(OffscreenRenderer& renderer) const;
   void refine();
-  void forget_refiner();
-  void changed();
+  void changed(bool is_motion = false);
+  void come_to_rest();
+  // display_views.cpp
+  [[nodiscard]] std::vector<SceneShot> shots() const;
+  void draw_shots(SceneView& scene, int only) const;
+  void show_mixed();
+  void lay_panes();
+  void fit_pane(std::size_t pane);
+  void fit_panes();
+  void mark_panes();
+  [[nodiscard]] QPointF in_pane(QPointF place) const;
+  [[nodiscard]] View pane_view(std::size_t pane) const;
+  [[nodiscard]] QSize pixels() const;
   void camera_moved();
   void resize_scene();
   [[nodiscard]] SceneView& scene() const;
 
   std::unique_ptr<Surface> surface_;
-  std::unique_ptr<OffscreenRenderer> refiner_;
+  std::unique_ptr<Refiner> refiner_;
   Overlay* overlay_;
-  QTimer idle_;  // expires after a while without changes, then once per pass
-  bool is_refining_ = false, is_started_ = false;
+  QTimer idle_;    // expires after a while without changes
+  QTimer mixing_;  // the picture of both eyes is due
+  QTimer still_;   // expires when the view does not move any more
+  Pace pace_;
+  QElapsedTimer since_frame_;  // time since the last frame was set
+  bool is_refining_ = false, is_refined_ = false, refits_panes_ = false;
+  std::vector<Pane> panes_;  ///< empty = one view
+  std::size_t active_ = 0;
+  PaneMarks* marks_ = nullptr;
+  StereoSettings stereo_;
   Frame frame_;
   std::shared_ptr<const Playback> playback_;
   std::optional<double> time_;

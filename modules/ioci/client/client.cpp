@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -28,8 +29,6 @@ using Clock = std::chrono::steady_clock;
 
 /// Reports of how far a command is are kept no more often than this.
 constexpr std::chrono::milliseconds kShowEvery{20};
-/// Events that are fetched together.
-constexpr std::size_t kEventsTogether = 32;
 
 Error cancelled(const std::string& what, std::string_view why) {
   return error(ErrorCode::cancelled, what + " was cancelled: " + std::string(why));
@@ -72,6 +71,7 @@ struct Client::Entry {
   double fraction = 0;
   std::string doing{};
   bool has_news = false;  ///< fraction and doing are to be shown
+  bool is_due = false;    ///< due in the present round, after its events
   Clock::time_point shown_at{};
 
   [[nodiscard]] std::string text() const {
@@ -142,6 +142,7 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
     if (e->what == Entry::What::open && !result.ok()) e->in->failure = result.error();
     e->result = std::move(result);
     if (std::exchange(e->has_news, false)) std::erase(told, e);
+    e->is_due = false;
     told.push_back(e);
     return needs_wake();
   }
@@ -409,7 +410,30 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
     }
     bell.ring();
   }
-  /// Tells the next call that has ended, or how far one is; false = there is none.
+  /// Starts a round: takes all waiting events, and marks the calls that have ended or progressed so
+  /// far as due after them, so that no call ends before an event that came earlier. Returns false
+  /// if nothing waits or the event queue is locked; results then wait, too.
+  bool begin_round() {
+    {
+      const std::lock_guard lock(mutex);
+      if (!std::exchange(has_events, false) && told.empty()) return false;
+      for (const EntryPtr& e : told) e->is_due = true;
+    }
+    if (!events) return true;
+    auto taken = app.events.try_take(events, std::numeric_limits<std::size_t>::max());
+    if (!taken) {
+      const std::lock_guard lock(mutex);
+      for (const EntryPtr& e : told) e->is_due = false;
+      has_events = true;
+      return false;
+    }
+    if (taken->empty()) return true;
+    batch = std::make_shared<const std::vector<Event>>(std::move(*taken));
+    next_event = 0;
+    return true;
+  }
+  /// Calls the callback of the next due call: its result or its progress. Returns false if none is
+  /// due.
   bool tell_next() {
     Done done;
     Shown shown;
@@ -419,9 +443,10 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
     bool has_ended = false;
     {
       const std::lock_guard lock(mutex);
-      if (told.empty()) return false;
+      if (told.empty() || !told.front()->is_due) return false;
       entry = std::move(told.front());
       told.pop_front();
+      entry->is_due = false;
       has_ended = entry->at == Entry::At::end;
       entry->has_news = false;
       fraction = entry->fraction;
@@ -688,11 +713,9 @@ void Client::cancel_all() {
 bool Client::deliver(std::chrono::microseconds at_most) {
   const std::shared_ptr<State> state = state_;  // a callback may destroy this
   const auto end = Clock::now() + at_most;
-  bool has_events = false;
   {
     const std::lock_guard lock(state->mutex);
     state->is_woken = false;
-    has_events = std::exchange(state->has_events, false);
   }
   const auto is_over = [&] { return Clock::now() >= end; };
   const auto is_gone = [&] {
@@ -702,45 +725,34 @@ bool Client::deliver(std::chrono::microseconds at_most) {
   /// Comes back later, also when a callback throws.
   struct Again {
     State& state;
-    bool events = false, is_wanted = true;
     ~Again() {
       bool wakes = false;
       {
         const std::lock_guard lock(state.mutex);
-        state.has_events = state.has_events || events;
-        is_wanted = is_wanted && (state.has_events || state.batch || !state.told.empty());
+        const bool is_wanted = state.has_events || state.batch || !state.told.empty();
         wakes = is_wanted && !state.is_host_gone && state.needs_wake();
       }
       if (wakes) state.wake();
     }
-  } again{*state, has_events};
+  } again{*state};
 
-  while ((has_events || state->batch) && !is_gone()) {
-    if (!state->batch) {
-      auto taken = state->app.events.try_take(state->events, kEventsTogether);
-      if (!taken) break;  // somebody publishes just now
-      has_events = again.events = taken->size() == kEventsTogether;
-      state->batch = std::make_shared<const std::vector<Event>>(std::move(*taken));
-      state->next_event = 0;
-    }
-    const auto batch = state->batch;  // also while a callback delivers the rest of it
-    while (state->batch == batch && state->next_event < batch->size()) {
-      state->options.on_event((*batch)[state->next_event++]);
-      if (is_gone()) return false;
+  while (!is_gone()) {
+    if (auto batch = state->batch) {  // kept also while a callback delivers the rest of it
+      const Event& event = (*batch)[state->next_event++];
+      if (state->next_event == batch->size()) state->batch = nullptr;
+      state->options.on_event(event);
+      if (state->batch != batch) state->throw_away(std::move(batch));
       if (is_over()) break;
+      continue;
     }
-    if (state->batch == batch) {
-      if (state->next_event < batch->size()) break;
-      state->batch = nullptr;
+    if (state->tell_next()) {
+      if (is_over()) break;
+    } else if (!state->begin_round()) {
+      break;
     }
-    state->throw_away(batch);
-    if (is_over()) break;
   }
-  bool more = true;
-  do more = state->tell_next();
-  while (more && !is_over() && !is_gone());
   const std::lock_guard lock(state->mutex);
-  return state->has_events || again.events || state->batch || !state->told.empty();
+  return !state->is_host_gone && (state->has_events || state->batch || !state->told.empty());
 }
 
 void Client::close() {

@@ -138,9 +138,9 @@ class Client {
   bool cancel(const Answer& answer);
   void cancel_all();  ///< that wait or run
 
-  /// Calls the callbacks of events and of calls that have ended, in this order each, until none is
-  /// left or the time is over, but at least one. True when more waits; then it wakes again. What
-  /// callbacks take is the host's own time.
+  /// Calls waiting callbacks: first those of events, then those of calls that ended after these
+  /// events, until none is left or the time is over, but at least one. Returns true if more wait;
+  /// then it wakes again. The time that callbacks take is the host's.
   bool deliver(std::chrono::microseconds at_most = std::chrono::microseconds(500));
 
   /// Ends the client without waiting: all is cancelled, its gesture and drafts are taken back, the

@@ -412,13 +412,15 @@ LiveView::~LiveView() {
 
 Client& LiveView::client() const { return *state_->session().client; }
 
-Client::Answer LiveView::evaluate(std::string input, Client::Done done) {
+Client::Answer LiveView::evaluate(std::string input, Client::Done done,
+                                  std::shared_ptr<List> shown) {
   return client().run(
       "the console",
-      [s = &state_->session(), input = std::move(input)](Session&) -> Result<Value> {
+      [s = &state_->session(), input = std::move(input),
+       shown = std::move(shown)](Session&) -> Result<Value> {
         if (!s->scripts)
           return error(ErrorCode::unsupported, "this program has no scripting language");
-        RMP_TRY_ASSIGN(std::string text, s->scripts->evaluate(input));
+        RMP_TRY_ASSIGN(std::string text, s->scripts->evaluate(input, shown.get()));
         return Value(std::move(text));
       },
       std::move(done));

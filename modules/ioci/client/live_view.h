@@ -82,8 +82,9 @@ class LiveView {
   /// open_shown() on the client's thread. It shows nothing yet.
   Client::Answer open_record(OpenRequest, std::function<void(const Result<Opened>&)> done);
   /// Evaluates one input of a console in the session's script state; `done` gets the text of its
-  /// results.
-  Client::Answer evaluate(std::string input, Client::Done done);
+  /// results. `shown`, if not null, has the results that can be pictures or plots by then; see
+  /// Scripts::evaluate().
+  Client::Answer evaluate(std::string input, Client::Done done, std::shared_ptr<List> shown = {});
   /// What an input may be completed to at byte `cursor`; `done` is not called if the program has
   /// no scripting language or the call is cancelled.
   struct Completed {

@@ -35,7 +35,9 @@ class Scripts {
   virtual Result<List> run_file(const std::filesystem::path& file,
                                 std::span<const std::string> arguments) = 0;
   /// Evaluates one input of a console. Returns the text of its results, "" if there are none.
-  virtual Result<std::string> evaluate(std::string_view input) = 0;
+  /// `shown`, if not null, gets the results that can be pictures or plots: handles, texts, and of
+  /// tables the fields png and file.
+  virtual Result<std::string> evaluate(std::string_view input, List* shown) = 0;
   /// True if the input is the beginning of an incomplete statement.
   [[nodiscard]] virtual bool is_incomplete(std::string_view input) const = 0;
   /// Candidates at byte `cursor` of an input. Runs no script.

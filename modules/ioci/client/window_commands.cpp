@@ -49,6 +49,12 @@ Result<Value> open(CommandContext& ctx, const Map& args) {
   return act_in_window(ctx, "open", args);
 }
 Result<Value> set(CommandContext& ctx, const Map& args) { return act_in_window(ctx, "set", args); }
+Result<Value> set_keys(CommandContext& ctx, const Map& args) {
+  if (has(args, "keys") && !has(args, "action"))
+    return error(ErrorCode::invalid_argument, "no entry of the menus is named for the keys",
+                 "Give its name as action; window.actions{} lists them.", "action");
+  return act_in_window(ctx, "set_keys", args);
+}
 Result<Value> widgets(CommandContext& ctx, const Map& args) {
   return act_in_window(ctx, "widgets", args);
 }
@@ -68,6 +74,12 @@ Result<Value> read(CommandContext& ctx, const Map& args) {
 }
 Result<Value> select(CommandContext& ctx, const Map& args) {
   return act_in_window(ctx, "select", args);
+}
+Result<Value> show_member(CommandContext& ctx, const Map& args) {
+  return act_in_window(ctx, "show_member", args);
+}
+Result<Value> fade_member(CommandContext& ctx, const Map& args) {
+  return act_in_window(ctx, "fade_member", args);
 }
 Result<Value> settle(CommandContext& ctx, const Map& args) {
   return act_in_window(ctx, "settle", args);
@@ -145,10 +157,15 @@ RMP_COMMANDS(window_commands) {
       {.name = "window.open",
        .classic = "",
        .summary = "Shows a panel of the window, or a record in a tab.",
-       .details = "Panels are navigator, console, messages, jobs, timeline and start. A world, "
+       .details = "Panels are navigator, properties, console, messages, jobs, timeline, help, "
+                  "connections, shortcuts and start. A world, "
                   "robot, object or solid gets a tab with its picture.",
        .example = refused("window.open", "panel = \"console\""),
        .params = {optional("panel", "string", "", "Name of the panel."),
+                  optional("page", "string", "",
+                           "With the panel help: its page, such as \"user/desktop.md\", "
+                           "\"command:robot.fk\", \"topic:robot\", \"search:torque\" or "
+                           "\"contents\"."),
                   optional("record", "ref:world|robot|object|solid", "", "The record to show.")},
        .returns = {},
        .effect = kDrives,
@@ -174,6 +191,21 @@ RMP_COMMANDS(window_commands) {
                     field("size", "vec(width, height)", "", "The present size.")}},
        .effect = kDrives,
        .run = set});
+  all.push_back(
+      {.name = "window.set_keys",
+       .classic = "",
+       .summary = "Sets the shortcut of an entry of the window's menus.",
+       .details =
+           "It is kept in the user's settings. Without keys the entry gets back the shortcut "
+           "that the program gives it; without an entry all get theirs back.",
+       .example = refused("window.set_keys", ""),
+       .params = {optional("action", "string", "", "Its name, as window.actions lists it."),
+                  optional("keys", "string", "",
+                           "Such as \"Ctrl+Shift+K\"; empty for none. Keys of another entry are "
+                           "refused.")},
+       .returns = {},
+       .effect = kDrives,
+       .run = set_keys});
   all.push_back(
       {.name = "window.widgets",
        .classic = "",
@@ -269,6 +301,44 @@ RMP_COMMANDS(window_commands) {
        .returns = {},
        .effect = kDrives,
        .run = select});
+  all.push_back(
+      {.name = "window.show_member",
+       .classic = "",
+       .summary = "Shows or hides a member of a world in its view.",
+       .details = "The world is not changed: other views and pictures show the member as before.",
+       .example = "world.create{name = \"cell\"}\n"
+                  "-- Refused without a view of the world.\n"
+                  "assert(not pcall(window.show_member, {record = \"cell\", member = "
+                  "\"objects.table\"}))",
+       .params = {needed("record", "ref:world", "", "The world, which has a view."),
+                  needed("member", "string", "", "The member, such as \"objects.table\"."),
+                  defaulted("shown", "bool", "", true, "False hides it.")},
+       .returns = {},
+       .effect = kDrives,
+       .run = show_member});
+  all.push_back(
+      {.name = "window.fade_member",
+       .classic = "",
+       .summary = "Draws a member of a world, or a part of a record, transparent in a view.",
+       .details =
+           "The current view if it draws the part, else the first one that does. The record is not "
+           "changed: other views and pictures draw it as before. window.show_member{shown = false} "
+           "hides it.",
+       .example = "world.create{name = \"cell\"}\n"
+                  "-- Refused without a view of the world.\n"
+                  "assert(not pcall(window.fade_member, {record = \"cell\", member = "
+                  "\"objects.table\", opacity = 0.3}))",
+       .params = {needed("record", "ref:world|robot|object|solid", "", "The record."),
+                  optional("member", "string", "",
+                           "Its member, link, part or node, such as \"objects.table\" or "
+                           "\"links.forearm\"; omitted, all that is shown of the record."),
+                  between(
+                      needed("opacity", "real", "",
+                             "Share of the opacity that the record gives; 1 draws it as given."),
+                      0.02, 1)},
+       .returns = {},
+       .effect = kDrives,
+       .run = fade_member});
   all.push_back(
       {.name = "window.settle",
        .classic = "",

@@ -94,7 +94,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"frame", "program.bind program.run_remote", "member:frame of world"},
     // Recordings.
     {"columns",
-     "recording.plot recording.values recording.replay recording.replay_data "
+     "recording.plot recording.csv recording.values recording.replay recording.replay_data "
      "recording.residual recording.compare",
      "member:column of id or list<member:column of id>"},
     {"columns", "recording.append",
@@ -172,7 +172,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"section", "*", "string or type:section"},
     {"map", "*", "ref:recording or type:voxels"},
     // Pictures.
-    {"background", "*", "enum(studio|white|transparent) or colour"},
+    {"background", "*", "enum(studio|dark|white|transparent) or colour"},
     {"colour", "*", "colour"},
     // Runs.
     {"speed", "run.*", "real or enum(max)"},
@@ -214,6 +214,7 @@ constexpr UntypedArgument kUntypedArguments[] = {
      "The command decides which there are."},
     {"params", "connection.call", "The method decides which there are."},
     {"given", "schema.*", "The command decides which arguments there are."},
+    {"link", "run.pull run.release", "A name or a number in a robot of the run."},
 };
 
 bool fits(std::string_view name, std::string_view pattern) {

@@ -6,6 +6,7 @@
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/library_files.h"
 #include "kernel/unknown_name.h"
 #include "spatial/rotation.h"
 
@@ -457,16 +458,21 @@ std::vector<std::filesystem::path> library_folders(const Application& app, Kind 
   return out;
 }
 
-std::vector<std::string> library_names(const Application& app, Kind kind) {
-  std::vector<std::string> out;
+std::map<std::string, std::filesystem::path> library_files(const Application& app, Kind kind) {
+  std::map<std::string, std::filesystem::path> out;
   for (const auto& folder : library_folders(app, kind)) {
     std::error_code none;
     for (std::filesystem::recursive_directory_iterator it(folder, none), end; !none && it != end;
          it.increment(none))
-      if (it->path().extension() == io::extension(kind)) out.push_back(it->path().stem().string());
+      if (it->path().extension() == io::extension(kind))
+        out.emplace(it->path().stem().string(), it->path());
   }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+std::vector<std::string> library_names(const Application& app, Kind kind) {
+  std::vector<std::string> out;
+  for (const auto& [name, file] : library_files(app, kind)) out.push_back(name);
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "ioci/core/application.h"
+#include "ioci/core/handle_text.h"
 #include "ioci/core/secrets.h"
 #include "kernel/text.h"
 #include "kernel/utf8.h"
@@ -76,7 +77,7 @@ std::string leaf(const Application* app, const Value& v, std::size_t most) {
     case Value::Type::array: return lua_array(*v.as_array(), most);
     case Value::Type::handle: {
       const Handle& h = *v.as_handle();
-      const auto name = app && kind_from(h.kind) ? app->name_of(h) : std::nullopt;
+      const auto name = app ? reference_text(*app->document.now(), h) : std::nullopt;
       return lua_string(name.value_or(h.kind + "#" + std::to_string(h.number)), most);
     }
     case Value::Type::list:

@@ -21,7 +21,8 @@ inline constexpr std::array<std::string_view, 22> kLuaKeywords{
     "function", "goto",   "if",   "in",   "local",  "nil",  "not",   "or",
     "repeat",   "return", "then", "true", "until",  "while"};
 
-/// A value as Lua that gives it back: handles by the names of their records, else as "robot#17".
+/// A value as Lua that gives it back: handles by the names of their records, with the kind where
+/// others have the name ("world:cell"), else as "robot#17".
 /// Numbers that are not finite become 1/0, -1/0 and 0/0. It stops soon after `most` bytes.
 [[nodiscard]] std::string lua_text(const Application&, const Value&,
                                    std::size_t most = static_cast<std::size_t>(-1));

@@ -2,6 +2,7 @@
 // Live runs of this session of the program, by the numbers of their handles (layer: application).
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "document/document.h"
 #include "kernel/value.h"
 #include "sim/live_run.h"
+#include "sim/pulls.h"
 #include "task/run.h"
 
 namespace robomosp::ioci {
@@ -47,6 +49,8 @@ struct LiveRunEntry {
   Map with;           ///< arguments of the simulation, as they were given
   std::unique_ptr<sim::LiveRun> run;
   std::shared_ptr<Breakpoints> breakpoints = std::make_shared<Breakpoints>();
+  sim::Pulls pulls;                     ///< of run.pull
+  std::atomic<bool> has_forces{false};  ///< it is computed row by row from forces: pulls act
 
   /// Its programs; null = none, or it is not computed row by row.
   [[nodiscard]] std::shared_ptr<task::ProgramWatch> watch() const {

@@ -59,26 +59,26 @@ Map redacted(const Map& args) {
 }  // namespace
 
 bool is_secret(std::string_view argument) {
-  std::string word;
-  bool is_found = false;
-  const auto take = [&] {
-    // token and tokens, but not tokenizer.
-    const std::string_view one = word.size() > 1 && word.back() == 's'
-                                     ? std::string_view(word).substr(0, word.size() - 1)
-                                     : std::string_view(word);
-    for (const std::string_view secret : kSecretWords)
-      is_found = is_found || secret == word || secret == one;
+  const auto lower = [](char c) {
+    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   };
-  for (const char c : argument) {
-    if (c != '_' && c != '-' && c != '.') {
-      word += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-      continue;
-    }
-    take();
-    word.clear();
+  const auto equals = [&lower](std::string_view word, std::string_view to) {
+    return std::equal(word.begin(), word.end(), to.begin(), to.end(),
+                      [&lower](char a, char b) { return lower(a) == b; });
+  };
+  bool is_found = false;
+  std::string_view word;
+  for (std::size_t from = 0; from <= argument.size(); from += word.size() + 1) {
+    word = argument.substr(from, argument.find_first_of("_-.", from) - from);
+    // token and tokens, but not tokenizer.
+    const std::string_view one =
+        word.size() > 1 && lower(word.back()) == 's' ? word.substr(0, word.size() - 1) : word;
+    is_found = is_found ||
+               std::any_of(kSecretWords.begin(), kSecretWords.end(), [&](std::string_view secret) {
+                 return equals(word, secret) || equals(one, secret);
+               });
   }
-  take();
-  return is_found && word != "file";
+  return is_found && !equals(word, "file");
 }
 
 bool has_secrets(const Map& args) {

@@ -45,6 +45,10 @@ enum class MemoryLevel : std::uint8_t { fine, low, critical };
 /// much above that, so that it does not flicker.
 [[nodiscard]] MemoryLevel level_of(const MemoryState&, MemoryLevel before);
 
+/// Topics of events that Surroundings publishes.
+inline constexpr std::uint32_t kSurroundings =
+    bit(Topic::provider) | bit(Topic::unsaved) | bit(Topic::memory) | bit(Topic::setting);
+
 /// Kept with the application (Application::kept()). It publishes events of the topics provider,
 /// unsaved, setting and memory, and does nothing while nobody wants them. Providers and memory are
 /// looked at where commands, jobs and commits end, memory once a second at most; the records that

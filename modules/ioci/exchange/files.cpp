@@ -1,13 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of any kind, and the library of shipped ones.
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "io/legacy.h"
 #include "io/native.h"
 #include "io/recovery_journal.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/library_files.h"
 #include "ioci/core/loaded.h"
 #include "kernel/file_root.h"
+#include "kernel/fingerprint.h"
+#include "kernel/literal.h"
+#include "kernel/text.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -16,6 +28,108 @@ Result<Value> library_list(CommandContext& ctx, const Map& args) {
   const Kind kind = *kind_from(text_of(args, "kind"));
   List out;
   for (const std::string& name : library_names(ctx.app, kind)) out.emplace_back(name);
+  return Value(std::move(out));
+}
+
+/// The line `description "..."` of a native file, which comes before all that is long; "" without.
+std::string description_in(const std::filesystem::path& file) {
+  constexpr int kHeadLines = 20;
+  std::ifstream in(file);
+  std::string line;
+  for (int i = 0; i < kHeadLines && std::getline(in, line); ++i) {
+    constexpr std::string_view kWord = "description ";
+    const std::string_view words = text::trim(line);
+    if (!words.starts_with(kWord)) continue;
+    const auto value = read_literal(text::trim(words.substr(kWord.size())));
+    if (value.ok() && value->as_string()) return *value->as_string();
+  }
+  return {};
+}
+
+/// Files of the library with all files that they name; each is read once.
+class LibraryDigests {
+ public:
+  explicit LibraryDigests(std::vector<std::filesystem::path> library)
+      : library_(std::move(library)) {}
+  /// Fingerprint of the contents of a file and of all files that it needs.
+  Result<Fingerprint> of(const std::filesystem::path& file, const Progress& progress) {
+    std::set<std::string> needed;
+    std::vector<std::filesystem::path> open{file};
+    while (!open.empty()) {
+      const std::filesystem::path next = open.back();
+      open.pop_back();
+      if (!needed.insert(next.string()).second) continue;
+      if (progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+      const Read& r = read(next);
+      open.insert(open.end(), r.named.begin(), r.named.end());
+    }
+    Fingerprinter all("library/1");
+    for (const std::string& each : needed) all.add(read(each).content);
+    return all.finish();
+  }
+
+ private:
+  struct Read {
+    Fingerprint content;
+    std::vector<std::filesystem::path> named;
+  };
+  const Read& read(const std::filesystem::path& file) {
+    const auto [at, is_new] = files_.try_emplace(file.string());
+    Read& r = at->second;
+    if (!is_new) return r;
+    std::ifstream in(file, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    r.content = Fingerprinter("file/1").add(text).finish();
+    const std::string kind = file.extension().string();
+    const auto kinds = all_kinds();
+    const bool is_native =
+        std::any_of(kinds.begin(), kinds.end(), [&](Kind k) { return kind == io::extension(k); });
+    if (!is_native) return r;
+    for (const std::string_view line : text::split(text, '\n')) add_named(line, file, r.named);
+    return r;
+  }
+  /// Native files name others between quotation marks, relative to their folder or to one of the
+  /// library's.
+  void add_named(std::string_view line, const std::filesystem::path& file,
+                 std::vector<std::filesystem::path>& named) const {
+    for (std::size_t i = 0; i < line.size() && line[i] != '#'; ++i) {
+      if (line[i] != '"') continue;
+      const std::size_t begin = ++i;
+      while (i < line.size() && line[i] != '"') i += line[i] == '\\' ? 2 : 1;
+      if (i >= line.size()) return;
+      const std::string_view word = line.substr(begin, i - begin);
+      if (word.find('.') == std::string_view::npos) continue;
+      std::error_code none;
+      const auto add = [&](const std::filesystem::path& folder) {
+        const auto found = (folder / word).lexically_normal();
+        if (!std::filesystem::is_regular_file(found, none)) return false;
+        named.push_back(found);
+        return true;
+      };
+      if (add(file.parent_path())) continue;
+      for (const auto& folder : library_)
+        if (add(folder)) break;
+    }
+  }
+  std::vector<std::filesystem::path> library_;
+  std::map<std::string, Read> files_;
+};
+
+Result<Value> library_describe(CommandContext& ctx, const Map& args) {
+  const Kind kind = *kind_from(text_of(args, "kind"));
+  const bool has_digests = flag(args, "digests");
+  LibraryDigests digests(ctx.app.library);
+  List out;
+  for (const auto& [name, file] : library_files(ctx.app, kind)) {
+    if (ctx.progress.cancelled()) return error(ErrorCode::cancelled, "cancelled");
+    Map row{{"name", name}, {"description", description_in(file)}};
+    if (has_digests) {
+      row.set("file", file.string());
+      RMP_TRY_ASSIGN(const Fingerprint digest, digests.of(file, ctx.progress));
+      row.set("digest", digest.hex());
+    }
+    out.emplace_back(std::move(row));
+  }
   return Value(std::move(out));
 }
 
@@ -103,6 +217,28 @@ RMP_COMMANDS(file_commands) {
        .returns = {"list", "", "Names.", {}},
        .effect = Effect::reads,
        .run = library_list});
+  all.push_back(
+      {.name = "library.describe",
+       .classic = "",
+       .summary = "Lists the names of a kind in the library with their descriptions.",
+       .details = "Nothing is loaded: the descriptions are read from the beginning of the files.",
+       .example = "for _, world in ipairs(library.describe(\"world\")) do\n"
+                  "  assert(#world.name > 0 and #world.description > 0)\nend",
+       .params = {choice("kind", kinds, "Kind of record."),
+                  defaulted("digests", "bool", "", false,
+                            "Also return file and digest of each; all files that they need are "
+                            "read.")},
+       .returns = {"list",
+                   "",
+                   "In order of their names.",
+                   {field("name", "string", "", "The name."),
+                    field("description", "string", "", "Its description; empty without one."),
+                    field("file", "string", "", "With digests: its file."),
+                    field("digest", "string", "",
+                          "With digests: text that differs if the file, or a file that it needs, "
+                          "has other content.")}},
+       .effect = Effect::reads,
+       .run = library_describe});
   all.push_back(
       {.name = "library.folders",
        .classic = "",

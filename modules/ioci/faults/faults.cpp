@@ -14,6 +14,7 @@
 #include "kernel/fault.h"
 #include "kernel/type.h"
 #include "kernel/units.h"
+#include "model/field_types.h"
 #include "scene/build.h"
 #include "scene/path_lines.h"
 
@@ -42,16 +43,27 @@ const NamedType kFaultType{"fault", "map", fault_type};
 /// The name of the argument that a path begins with.
 std::string_view root_of(std::string_view path) { return path.substr(0, path.find_first_of("[.")); }
 
-/// The part of "robot.create, links[2], a" that is the path of an argument; "" = none is.
+/// The part of "robot.create, links[2], a" that is the path of an argument; "" = none is. Of a
+/// place in a record, as "link 3.mimic.link", what follows the element is such a path.
 std::string argument_in(const CommandSpec& spec, std::string_view where) {
   while (!where.empty()) {
     const std::size_t end = std::min(where.find(", "), where.size());
-    const std::string_view part = where.substr(0, end);
-    if (part.find(' ') == std::string_view::npos && find_param(spec.params, root_of(part)))
-      return std::string(part);
+    std::string_view part = where.substr(0, end);
+    if (const std::size_t blank = part.rfind(' '); blank != std::string_view::npos) {
+      const std::size_t dot = part.find('.', blank);
+      part.remove_prefix(dot == std::string_view::npos ? part.size() : dot + 1);
+    }
+    if (!part.empty() && find_param(spec.params, root_of(part))) return std::string(part);
     where.remove_prefix(std::min(end + 2, where.size()));
   }
   return {};
+}
+
+/// Whether a place begins with an argument of a command, and names no command.
+bool is_at_argument(const FailedCall& call, std::string_view where) {
+  const std::string_view first = where.substr(0, where.find(", "));
+  return !first.empty() && first.find(' ') == std::string_view::npos &&
+         find_param(call.spec.params, root_of(first)) && !call.ctx.app.commands.find(first);
 }
 
 void drop_repeats(Fault& f) {
@@ -149,24 +161,44 @@ std::string member_argument(const Fault& f, const FailedCall& call) {
   return {};
 }
 
-/// Members that exist instead of one that does not: the nearest by name, else the first.
-void offer_members(Fault& f, const FailedCall& call) {
+/// Names among `choices` instead of `wrong`: the nearest, else the first few. None where `wrong` is
+/// one of them, as something else is wrong then.
+std::vector<std::string> names_instead(const std::vector<Choice>& choices,
+                                       const std::string& wrong) {
   constexpr std::size_t kMostOffered = 3;
+  std::vector<std::string> names;
+  for (const Choice& c : choices)
+    if (c.value.as_string() && c.why_not.empty() && c.is_decided)
+      names.push_back(*c.value.as_string());
+  if (std::find(names.begin(), names.end(), wrong) != names.end()) return {};
+  if (const auto near = text::nearest(wrong, names)) return {*near};
+  names.resize(std::min(names.size(), kMostOffered));
+  return names;
+}
+
+/// What exists instead of a name that does not, at any depth of an argument: members, and records
+/// that are near in name or in the library.
+void offer_names(Fault& f, const FailedCall& call) {
+  const bool is_record = f.code == "argument.unknown_record";
   const std::string& path = f.subject.argument;
   const ParamSpec* p = find_param(call.spec.params, root_of(path));
   const Value* given = p ? call.given.find(p->name) : nullptr;
   const auto wrong = given ? part_at(*given, path, p->name) : std::nullopt;
   if (!wrong || !wrong->as_string()) return;
-  const auto choices = choices_of(call.ctx, call.spec.params, path, call.given, {});
+  const std::string& name_given = *wrong->as_string();
+  auto choices = choices_of(call.ctx, call.spec.params, path, call.given, {}, is_record);
   if (!choices.ok()) return;
-  std::vector<std::string> names;
-  for (const Choice& c : *choices)
-    if (c.value.as_string() && c.why_not.empty() && c.is_decided)
-      names.push_back(*c.value.as_string());
-  // Where the value is one of the choices, something else is wrong.
-  if (std::find(names.begin(), names.end(), *wrong->as_string()) != names.end()) return;
-  if (const auto near = text::nearest(*wrong->as_string(), names)) names = {*near};
-  names.resize(std::min(names.size(), kMostOffered));
+  constexpr std::string_view kOfLibrary = " of the library";
+  if (is_record) {
+    for (const Choice& c : *choices)
+      if (c.doc.ends_with(kOfLibrary) && c.value.text() == name_given &&
+          offer_library(f, call, std::string_view(c.doc).substr(0, c.doc.find(' ')), name_given))
+        return;
+    std::erase_if(*choices, [&](const Choice& c) { return c.doc.ends_with(kOfLibrary); });
+  }
+  std::vector<std::string> names = names_instead(*choices, name_given);
+  // Of records, those that are not near in name have nothing to do with it.
+  if (is_record && !text::nearest(name_given, names)) return;
   for (const std::string& name : names) {
     auto changed = with_part(*given, path, p->name, Value(name));
     if (!changed) return;
@@ -192,6 +224,32 @@ void name_value(FaultSubject& s, const FailedCall& call) {
   if (!path || !path->as_string() || !call.given.find("value")) return;
   s.argument = "value";
   if (s.path.empty()) s.path = *path->as_string();
+}
+
+/// Names instead of one that record.set and its like give for a field, by the field's declaration.
+void offer_in_field(Fault& f, const FailedCall& call) {
+  const Value *id = call.given.find("id"), *path = call.given.find("path"),
+              *value = call.given.find("value");
+  const ParamSpec* of = find_param(call.spec.params, "id");
+  if (!id || !path || !path->as_string() || !value || !value->as_string() || !of ||
+      !of->type.starts_with("ref:"))
+    return;
+  const auto record = call.ctx.app.resolve(call.records, std::string_view(of->type).substr(4), *id);
+  const auto kind = record.ok() ? kind_from(record->kind) : std::nullopt;
+  if (!kind) return;
+  name_value(f.subject, call);
+  Schema fields = model::record_fields(model::info(*kind));
+  fields.push_back(needed("id", "ref:" + record->kind, "", ""));
+  const auto choices = choices_of(call.ctx, fields, *path->as_string(), Map{{"id", *id}}, {});
+  if (!choices.ok()) return;
+  for (const std::string& name : names_instead(*choices, *value->as_string())) {
+    FaultRemedy r;
+    r.label = "Use " + text::quote(name);
+    r.args.set("value", name);
+    r.repeats = true;
+    if (fails(call.spec, repeated(r, call.given), r, call)) continue;
+    f.remedies.push_back(std::move(r));
+  }
 }
 
 /// The limit instead of a number that a field of a record must not have.
@@ -226,10 +284,14 @@ void complete_faults(Error& e, const FailedCall& call) {
     if (s.command.empty()) {
       s.command = call.spec.name;
       name_argument(f, is_one ? e.where : f.where, call);
-      if (f.code == "argument.unknown_record") offer_record(f, call);
+      if (f.code == "argument.unknown_record") {
+        if (root_of(s.argument) == s.argument) offer_record(f, call);
+        else offer_names(f, call);
+      }
       if (f.code == "error.unknown_name") {
         if (s.argument.empty()) s.argument = member_argument(f, call);
-        if (!s.argument.empty() && f.remedies.empty()) offer_members(f, call);
+        if (s.argument.empty()) offer_in_field(f, call);
+        else if (f.remedies.empty()) offer_names(f, call);
       }
       if (f.code == "argument.out_of_range" && s.argument.empty()) name_value(s, call);
       if (f.code == "record.out_of_range" || s.argument == "value") offer_limit(f, call);
@@ -241,6 +303,8 @@ void complete_faults(Error& e, const FailedCall& call) {
     }
     keep_what_opens(s, call.records);
   });
+  // As the check of arguments, a command that refuses one of them is named.
+  if (is_one && is_at_argument(call, e.where)) e = std::move(e).in(call.spec.name);
 }
 
 namespace {

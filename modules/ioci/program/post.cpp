@@ -4,18 +4,20 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <span>
 
 #include "io/native.h"
+#include "ioci/core/room_parts.h"
 #include "ioci/core/watchers.h"
 #include "ioci/program/compiled.h"
 #include "ioci/program/in_world.h"
-#include "ioci/program/packs.h"
 #include "ioci/program/post_form.h"
 #include "ioci/program/program_files.h"
 #include "ioci/program/workshop.h"
 #include "kernel/file_root.h"
 #include "model/declare.h"
 #include "model/program_kinds.h"
+#include "program_post/packs.h"
 #include "program_post/post.h"
 #include "program_post/read_back.h"
 #include "program_source/source_text.h"
@@ -341,7 +343,8 @@ Result<Value> targets(CommandContext& ctx, const Map&) {
             {"lacks", std::move(lacks)},
             {"several_robots", std::find(info.tags.begin(), info.tags.end(),
                                          program_post::kSeveralRobots) != info.tags.end()},
-            {"by", std::find(info.tags.begin(), info.tags.end(), kByTemplates) != info.tags.end()
+            {"by", std::find(info.tags.begin(), info.tags.end(), program_post::kByTemplates) !=
+                           info.tags.end()
                        ? "templates"
                        : "plugin"},
             {"origin", info.origin}});
@@ -351,15 +354,21 @@ Result<Value> targets(CommandContext& ctx, const Map&) {
 
 Result<Value> add_target(CommandContext& ctx, const Map& args) {
   std::filesystem::path file = text_of(args, "file");
-  if (file_kind(file) == FileKind::folder) file /= kPackFile;
-  RMP_TRY_ASSIGN(const auto pack,
-                 read_pack(file, [](const std::filesystem::path& f, std::uint64_t most) {
-                   return io::read_file(f, most);
-                 }));
+  if (file_kind(file) == FileKind::folder) file /= program_post::kPackFile;
+  RMP_TRY_ASSIGN(const auto pack, program_post::read_pack(
+                                      file, [](const std::filesystem::path& f, std::uint64_t most) {
+                                        return io::read_file(f, most);
+                                      }));
   // A pack replaces itself, so that it can be written step by step.
-  RMP_TRY_ASSIGN(const std::string name, add_pack(ctx.app.registry, file, pack, true));
+  RMP_TRY_ASSIGN(const std::string name,
+                 program_post::add_pack(ctx.app.registry, file, pack, true));
   return Value(name);
 }
+
+const RoomFile kPacksPart({.plugins_loaded = [](Application& app,
+                                                std::span<const std::filesystem::path> folders) {
+  program_post::load_packs(app.registry, app.messages, folders);
+}});
 
 /// A program that moves, for examples.
 std::string with_moves(const char* rest) {

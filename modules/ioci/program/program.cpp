@@ -116,16 +116,16 @@ std::string record_name(std::string_view foreign) {
 /// A controller's program: its IRL, and behind it the files that it was, so that nothing is lost.
 Result<Value> import_foreign(CommandContext& ctx, const Map& args,
                              const std::filesystem::path& path, const std::string& reader) {
-  RMP_TRY_ASSIGN(const Foreign made, read_foreign(ctx, path, reader, args));
+  RMP_TRY_ASSIGN(const program_source::Foreign made, read_foreign(ctx, path, reader, args));
   Program p;
   std::map<std::string, std::string> stored_names;  // of the files that were read
   for (const ReadFile& f : made.program->files()) {
     std::string name(f.name);
-    for (const ForeignFile& g : made.files)
+    for (const program_source::ForeignFile& g : made.files)
       if (g.name == name) name = "irl_" + name;
     p.files.push_back({name, lines_of(f.text)});
   }
-  for (const ForeignFile& f : made.files) {
+  for (const program_source::ForeignFile& f : made.files) {
     const std::string plain = record_name(f.name);
     std::string file = plain;
     for (int n = 2;
@@ -147,7 +147,7 @@ Result<Value> import_foreign(CommandContext& ctx, const Map& args,
     warnings += f.severity == RMP_FAULT_WARNING;
     if (f.severity == RMP_FAULT_NOTE) continue;
     // The files that were read are in the program behind its IRL.
-    const ForeignFile& file = made.files[f.span.file];
+    const program_source::ForeignFile& file = made.files[f.span.file];
     FaultyText in{id, &stored, {}, made.reader, ProgramReader::kInterfaceId};
     Fault fault = text_fault("program.not_read", in,
                              {f.severity, f.span, stored_names[file.name], f.message, f.hint});
@@ -168,7 +168,8 @@ Result<Value> import_foreign(CommandContext& ctx, const Map& args,
 
 Result<Value> import(CommandContext& ctx, const Map& args) {
   const std::filesystem::path path = text_of(args, "file");
-  RMP_TRY_ASSIGN(const std::string reader, reader_of(ctx, path, text_of(args, "language")));
+  RMP_TRY_ASSIGN(const std::string reader,
+                 program_source::reader_of(reading_place(ctx), path, text_of(args, "language")));
   if (!reader.empty()) return import_foreign(ctx, args, path, reader);
   for (const char* each : {"settings", "profile"})
     if (has(args, each))
@@ -181,7 +182,7 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
                  ctx.app.registry.find(Language::kInterfaceId, text_of(args, "language")));
   RMP_TRY_ASSIGN(const auto language, language_of(ctx, info.name));
   if (has(args, "language")) p.language = info.name;
-  RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, kMostSource));
+  RMP_TRY_ASSIGN(const std::string bytes, io::read_file(path, program_source::kMostSource));
   RMP_TRY_ASSIGN(const std::string text, told_source(ctx, path.filename().string(), bytes));
   p.files.push_back({path.filename().string(), lines_of(text)});
   // What a source names lies beside it, and may name more.
@@ -205,7 +206,7 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
         return error(ErrorCode::unsupported,
                      "it names more than " + std::to_string(kMostNamed) + " files", {},
                      path.filename().string());
-      RMP_TRY_ASSIGN(const auto more, source_beside(ctx, beside));
+      RMP_TRY_ASSIGN(const auto more, program_source::source_beside(reading_place(ctx), beside));
       if (more) p.files.push_back({base, lines_of(*more)});
     }
   }
@@ -216,7 +217,7 @@ Result<Value> import(CommandContext& ctx, const Map& args) {
   });
   if (const auto beside = path.parent_path() / list;
       !has_list && file_kind(beside) == FileKind::file) {
-    RMP_TRY_ASSIGN(const auto more, source_beside(ctx, beside));
+    RMP_TRY_ASSIGN(const auto more, program_source::source_beside(reading_place(ctx), beside));
     if (more) {
       p.files.push_back({list, lines_of(*more)});
       ctx.app.messages.post(Severity::info, "file_note",
@@ -473,7 +474,8 @@ Result<Value> code(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> read_code(CommandContext&, const Map& args) {
-  RMP_TRY_ASSIGN(const std::string all, io::read_file(text_of(args, "file"), kMostSource * 16));
+  RMP_TRY_ASSIGN(const std::string all,
+                 io::read_file(text_of(args, "file"), program_source::kMostSource * 16));
   RMP_TRY_ASSIGN(const auto tables, read_code_text(all));
   const rmp_code& c = tables->code();
   List routines;

@@ -13,7 +13,7 @@
 
 #include "ioci/core/commands.h"
 #include "model/program.h"
-#include "program/source_bytes.h"
+#include "program_source/foreign_files.h"
 #include "program_source/place.h"
 
 namespace robomosp::ioci {
@@ -30,14 +30,10 @@ Result<void> edit_program(CommandContext& ctx, AnyId id, Fn&& fn) {
   });
 }
 
-/// Text of a file or argument; a note is posted if it was not in UTF-8 (program/source_bytes.h).
+/// Text of a file or argument; a note is posted if it was not in UTF-8.
 [[nodiscard]] inline Result<std::string> told_source(CommandContext& ctx, const std::string& file,
                                                      std::string_view bytes) {
-  auto made = program::source_of_bytes(bytes);
-  if (!made.ok()) return std::move(made).error().in(file);
-  if (!made->note.empty())
-    ctx.app.messages.post(Severity::warning, "encoding", file + ": " + made->note + ".", "program");
-  return std::move(made->text);
+  return program_source::told_source(ctx.app.messages, file, bytes);
 }
 using program_source::lines_of, program_source::text_of_file;
 

@@ -130,7 +130,7 @@ Result<void> add_columns(const Value& entry, const std::string& where, recording
 ParamSpec robot_of_columns_field() {
   return optional("robot", "string", "",
                   "Robot of the joint columns q1, q2 and so on, for example measured ones: its "
-                  "name in the world, or without a world the name of a robot.");
+                  "name in the world, or without a world the name of a robot; or the robot.");
 }
 ParamSpec world_of_columns_field() {
   return optional("world", "ref:world", "", "The robot's world.");

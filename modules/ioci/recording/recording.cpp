@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/loaded.h"
 #include "ioci/core/origins.h"
+#include "ioci/core/surroundings.h"
 #include "ioci/core/watchers.h"
 #include "ioci/core/word_list.h"
 #include "ioci/recording/plot_answer.h"
 #include "ioci/recording/recording_argument.h"
 #include "recording/file.h"
+#include "recording/limit_share.h"
 #include "recording/plot/heat_map.h"
 #include "recording/recording.h"
 
@@ -124,15 +128,28 @@ Result<Value> overview(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
+/// Memory of the values of a recording [bytes].
+std::int64_t bytes_of(const recording::Recording& r) {
+  std::size_t count = 0;
+  for (const recording::Column& c : r.columns) count += c.values.size();
+  return static_cast<std::int64_t>(count * sizeof(double));
+}
+
 Result<Value> list(CommandContext& ctx, const Map&) {
   List out;
-  for (const auto& [number, r] : ctx.app.recordings.list())
+  const auto memory = read_memory();
+  const double total = memory ? static_cast<double>(memory->total) : 0;
+  for (const auto& [number, r] : ctx.app.recordings.list()) {
+    const std::int64_t bytes = bytes_of(*r);
     out.emplace_back(Map{{"recording", Handle{"recording", number}},
                          {"title", r->title},
                          {"stale", !changes_of(ctx, number).empty()},
                          {"robot", r->robot},
                          {"trajectory", r->trajectory},
-                         {"samples", r->rows()}});
+                         {"samples", r->rows()},
+                         {"bytes", bytes},
+                         {"share", total > 0 ? static_cast<double>(bytes) / total : 0.0}});
+  }
   return Value(std::move(out));
 }
 
@@ -163,18 +180,53 @@ Result<Value> values(CommandContext& ctx, const Map& args) {
   return Value(NumericArray(std::move(rows), r->rows(), picked.size()));
 }
 
+/// The rows between the arguments `from` and `to`; the recording itself if neither is given.
+Result<recording::RecordingPtr> between_times(recording::RecordingPtr r, const Map& args) {
+  if (!has(args, "from") && !has(args, "to")) return r;
+  const recording::Column* time = r->find("time");
+  if (!time)
+    return error(ErrorCode::invalid_argument, "the recording has no time", "Leave from and to out.",
+                 has(args, "from") ? "from" : "to");
+  const auto begin = time->values.begin(), end = time->values.end();
+  const auto first = has(args, "from") ? std::lower_bound(begin, end, real(args, "from")) : begin;
+  const auto last = has(args, "to") ? std::upper_bound(begin, end, real(args, "to")) : end;
+  if (first >= last)
+    return error(ErrorCode::invalid_argument, "the recording has no row between these times",
+                 "Give times between " + text::print_rounded(time->values.front(), 6) + " and " +
+                     text::print_rounded(time->values.back(), 6) + " s.",
+                 has(args, "from") ? "from" : "to");
+  recording::Recording part = *r;
+  for (std::size_t c = 0; c < part.columns.size(); ++c) {
+    const auto& all = r->columns[c].values;
+    part.columns[c].values.assign(all.begin() + (first - begin), all.begin() + (last - begin));
+  }
+  return std::make_shared<const recording::Recording>(std::move(part));
+}
+
 Result<Value> csv(CommandContext& ctx, const Map& args) {
   const std::string file = text_of(args, "file");
-  const auto r = recording_of(ctx, args);
+  RMP_TRY_ASSIGN(auto r, between_times(recording_of(ctx, args), args));
+  if (has(args, "columns")) {
+    RMP_TRY_ASSIGN(const auto picked, chosen(*r, args));
+    recording::Recording part;
+    part.title = r->title;
+    if (const recording::Column* time = r->find("time")) part.columns.push_back(*time);
+    for (const recording::Column* c : picked)
+      if (!part.find(c->name)) part.columns.push_back(*c);
+    r = std::make_shared<const recording::Recording>(std::move(part));
+  }
   RMP_TRY_ASSIGN(const std::string bytes, recording::to_csv(*r, ctx.progress));
   RMP_TRY(write_named_file(ctx, file, bytes));
   return Value(Map{{"file", file}, {"rows", r->rows()}, {"columns", r->columns.size()}});
 }
 
 Result<Value> plot(CommandContext& ctx, const Map& args) {
-  const auto r = recording_of(ctx, args);
+  RMP_TRY_ASSIGN(const auto r, between_times(recording_of(ctx, args), args));
   recording::PlotRequest request;
-  RMP_TRY_ASSIGN(const auto others, recordings_in(ctx, args, "with"));
+  RMP_TRY_ASSIGN(auto others, recordings_in(ctx, args, "with"));
+  for (recording::RecordingPtr& other : others) {
+    RMP_TRY_ASSIGN(other, between_times(other, args));
+  }
   request.recordings.push_back(r.get());
   for (const auto& other : others) request.recordings.push_back(other.get());
   if (has(args, "x")) request.x = text_of(args, "x");
@@ -236,23 +288,51 @@ Result<Value> summary(CommandContext& ctx, const Map& args) {
   const auto r = recording_of(ctx, args);
   const recording::Column* approach =
       flag(args, "approach") ? nullptr : r->find(recording::kApproachColumn);
+  const double from =
+      has(args, "from") ? real(args, "from") : -std::numeric_limits<double>::infinity();
+  const double to = has(args, "to") ? real(args, "to") : std::numeric_limits<double>::infinity();
+  const recording::Column* time = r->find("time");
+  if (!time && (has(args, "from") || has(args, "to")))
+    return error(ErrorCode::invalid_argument, "the recording has no column \"time\"",
+                 "Leave out from and to.");
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < r->rows(); ++i) {
+    const double t = time ? time->values[i] : 0;
+    if ((approach && approach->values[i] != 0) || t < from || t > to) continue;
+    rows.push_back(i);
+  }
   List out;
-  std::vector<double> values;
+  if (rows.empty()) return Value(std::move(out));
+  std::vector<double> values(rows.size());
   for (const recording::Column& c : r->columns) {
-    values.clear();
-    for (std::size_t i = 0; i < c.values.size(); ++i)
-      if (!approach || approach->values[i] == 0) values.push_back(c.values[i]);
-    if (values.empty()) continue;
+    for (std::size_t i = 0; i < rows.size(); ++i) values[i] = c.values[rows[i]];
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     double squares = 0;
     for (const double v : values) squares += v * v;
-    out.emplace_back(Map{{"name", c.name},
-                         {"unit", c.unit},
-                         {"min", *low},
-                         {"max", *high},
-                         {"rms", std::sqrt(squares / static_cast<double>(values.size()))},
-                         {"first", values.front()},
-                         {"last", values.back()}});
+    Map row{{"name", c.name},
+            {"unit", c.unit},
+            {"doc", c.doc},
+            {"min", *low},
+            {"max", *high},
+            {"rms", std::sqrt(squares / static_cast<double>(values.size()))},
+            {"first", values.front()},
+            {"last", values.back()}};
+    if (std::isfinite(c.lower)) row.set("lower", c.lower);
+    if (std::isfinite(c.upper)) row.set("upper", c.upper);
+    std::optional<std::size_t> nearest;
+    double share = 0;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (const double each = recording::limit_share(c.lower, c.upper, values[i]);
+          !std::isnan(each) && (!nearest || each > share)) {
+        nearest = i;
+        share = each;
+      }
+    if (nearest) {
+      row.set("share", share);
+      row.set("at_share", values[*nearest]);
+      if (time) row.set("at", time->values[rows[*nearest]]);
+    }
+    out.emplace_back(std::move(row));
   }
   return Value(std::move(out));
 }
@@ -300,7 +380,10 @@ RMP_COMMANDS(recording_commands) {
                    "Whether the records have changed since; recording.is_stale lists the changes."),
              field("robot", "string", "", "The robot's name in the world."),
              field("trajectory", "string", "", "The trajectory's name in the world."),
-             field("samples", "int", "", "Number of samples.")}},
+             field("samples", "int", "", "Number of samples."),
+             field("bytes", "int", "", "Memory of its values [bytes]."),
+             field("share", "real", "",
+                   "bytes divided by the machine's memory, 0 to 1; 0 if that is unknown.")}},
        .effect = Effect::reads,
        .run = list});
   all.push_back({.name = "recording.columns",
@@ -346,8 +429,17 @@ RMP_COMMANDS(recording_commands) {
        .classic = "",
        .summary = "Writes a recording as comma-separated text with a header line.",
        .details = "",
-       .example = with_recording("assert(run:csv(\"example.csv\").rows == #run:values(\"time\"))"),
-       .params = {self("recording"), needed("file", "path", "", "The file.")},
+       .example = with_recording("assert(run:csv(\"example.csv\").rows == #run:values(\"time\"))\n"
+                                 "assert(run:csv{file = \"torques.csv\", columns = "
+                                 "\"tau\"}.columns == 7)\n"
+                                 "assert(run:csv{file = \"begin.csv\", to = 0.1}.rows == 3)"),
+       .params = {self("recording"), needed("file", "path", "", "The file."),
+                  optional(
+                      "columns", "any", "",
+                      "A name or a list of names; \"tau\" means tau1, tau2 and so on. The time "
+                      "comes with them. All if omitted."),
+                  optional("from", "real", "s", "First time; the beginning if omitted."),
+                  optional("to", "real", "s", "Last time; the end if omitted.")},
        .returns = {"map",
                    "",
                    "",
@@ -408,7 +500,9 @@ RMP_COMMANDS(recording_commands) {
                   between(optional("height", "int", "",
                                    "Height in pixels; by default as the panels need."),
                           100, 10000),
-                  watch_file_field(), plot_answer_field()},
+                  watch_file_field(), plot_answer_field(),
+                  optional("from", "real", "s", "First time; the beginning if omitted."),
+                  optional("to", "real", "s", "Last time; the end if omitted.")},
        .returns = {"string", "", "The file, or the plot itself.", {}},
        .effect = Effect::reads,
        .sometimes = Effect::files_write | Effect::processes,
@@ -458,22 +552,34 @@ RMP_COMMANDS(recording_commands) {
       {.name = "recording.summary",
        .classic = "",
        .summary = "Returns the least, greatest and root-mean-square value of every column.",
-       .details = "",
-       .example = with_recording("assert(run:summary()[1].min == 0)"),
+       .details = "Of columns with limits, such as joint limits, also how near to them the values "
+                  "come.",
+       .example = with_recording("assert(run:summary()[1].min == 0)\n"
+                                 "local second = run:summary{from = 0.1, to = \"200 ms\"}[1]\n"
+                                 "assert(second.min >= 0.1 and second.max <= 0.2)"),
        .params = {self("recording"),
                   defaulted("approach", "bool", "", true,
                             "Counts rows of moves that were put before the trajectory "
-                            "or a part of it (those with 1 in the column approach).")},
-       .returns = {"list",
-                   "",
-                   "",
-                   {field("name", "string", "", "The column."),
-                    field("unit", "string", "", "Unit of the column."),
-                    field("min", "real", "", "Least value."),
-                    field("max", "real", "", "Greatest value."),
-                    field("rms", "real", "", "Root mean square."),
-                    field("first", "real", "", "First value."),
-                    field("last", "real", "", "Last value.")}},
+                            "or a part of it (those with 1 in the column approach)."),
+                  optional("from", "real", "s", "Time of the first row that counts."),
+                  optional("to", "real", "s", "Time of the last row that counts.")},
+       .returns =
+           {"list",
+            "",
+            "",
+            {field("name", "string", "", "The column."),
+             field("unit", "string", "", "Unit of the column."),
+             field("doc", "string", "", "What the column is."),
+             field("min", "real", "", "Least value."), field("max", "real", "", "Greatest value."),
+             field("rms", "real", "", "Root mean square."),
+             field("first", "real", "", "First value."), field("last", "real", "", "Last value."),
+             field("lower", "real", "", "Lower limit, if there is one."),
+             field("upper", "real", "", "Upper limit, if there is one."),
+             field("share", "real", "",
+                   "Largest distance from the middle of the limits, divided by half their range: "
+                   "1 is at a limit."),
+             field("at_share", "real", "", "The value that reaches it."),
+             field("at", "real", "s", "Its time.")}},
        .effect = Effect::reads,
        .run = summary});
   all.push_back({.name = "recording.remove",

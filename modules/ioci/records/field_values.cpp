@@ -504,7 +504,8 @@ class Reader {
 
   Result<void> structure(const Type& t, void* p, std::size_t alternative, const Value& v,
                          const std::string& path) {
-    const Map* m = v.as_map();
+    static const Map kNone;
+    const Map* m = v.as_list() && v.as_list()->empty() ? &kNone : v.as_map();  // {} of Lua
     if (!m) return fault(v, "a table of fields", path);
     // Which of several kinds a reference is of, beside its name.
     const Value* kind = t.field("kind") ? nullptr : m->find("kind");

@@ -98,7 +98,8 @@ Map row_of(const CommandContext& ctx, const model::Content& record, const model:
 }
 
 Result<Value> record_outline(CommandContext& ctx, const Map& args) {
-  const model::Record& r = *ctx.snapshot().find(ref(args, "id"));
+  RMP_TRY_ASSIGN(const AnyId id, read_ref(ctx, "any", *args.find("id"), "id"));
+  const model::Record& r = *ctx.snapshot().find(id);
   const model::Content record = model::content(r.body);
   const std::string group = text_of(args, "group");
   const auto from = static_cast<std::size_t>(integer(args, "from") - 1);
@@ -126,7 +127,7 @@ Result<Value> record_outline(CommandContext& ctx, const Map& args) {
   }
   if (!group.empty() && out.empty()) {
     Error e = unknown_name("group", group, known);
-    e.message += " in " + name_in(ctx, ref(args, "id"));
+    e.message += " in " + name_in(ctx, id);
     return e;
   }
   return Value(std::move(out));

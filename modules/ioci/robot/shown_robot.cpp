@@ -65,29 +65,35 @@ Result<ShownRobot> shown_robot(const CommandContext& ctx, const Map& args) {
 }
 
 void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const double> q) {
-  constexpr double kOpen = 1e-6;  // [m or rad]
   const auto m =
       ctx.app.derived.robot_model(ctx.snapshot(), robot, Vec3{0, 0, -9.81}, ctx.progress);
-  if (!m.ok() || q.size() != (*m)->coordinate_count()) return;
-  note_degrees(ctx, **m, q);
-  const std::string who = "robot " + text::quote((*m)->name);
-  const auto excess = robotics::limit_excess(**m, q);
+  if (m.ok()) note_shown_joints(ctx, robot, **m, q);
+}
+
+void note_shown_joints(CommandContext& ctx, RobotId robot, const RobotModel& m,
+                       std::span<const double> q) {
+  constexpr double kOpen = 1e-6;  // [m or rad]
+  if (q.size() != m.coordinate_count()) return;
+  note_degrees(ctx, m, q);
+  const auto who = [&m] { return "robot " + text::quote(m.name); };
+  const auto excess = robotics::limit_excess(m, q);
   if (excess.joint >= 0) {
     const auto axes = robotics::MakerAxes::of(*ctx.snapshot().get(robot));
-    const auto entry = (*m)->joints[static_cast<std::size_t>(excess.joint)].q_index;
+    const auto entry = m.joints[static_cast<std::size_t>(excess.joint)].q_index;
     ctx.app.messages.post(
         Severity::warning, "joint_limits",
-        who + " is shown with " +
+        who() + " is shown with " +
             (axes.ok() ? axes->before_place(static_cast<std::size_t>(entry), q) : std::string()) +
-            robotics::excess_words(**m, excess) + ".",
+            robotics::excess_words(m, excess) + ".",
         "ioci");
   }
-  if ((*m)->loops.empty()) return;
-  std::vector<Pose> frames((*m)->joints.size());
-  robotics::forward_kinematics(**m, q, frames);
-  if (const double open = robotics::open_by(**m, frames); open > kOpen)
+  if (m.loops.empty()) return;
+  std::vector<Pose> frames(m.joints.size());
+  robotics::forward_kinematics(m, q, frames);
+  if (const double open = robotics::open_by(m, frames); open > kOpen)
     ctx.app.messages.post(Severity::warning, "open_loops",
-                          who + " is shown with its loops open by " + text::print_rounded(open, 3) +
+                          who() + " is shown with its loops open by " +
+                              text::print_rounded(open, 3) +
                               " m or rad. robot.close gives joint values that close them.",
                           "ioci");
 }

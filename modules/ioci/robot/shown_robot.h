@@ -23,6 +23,9 @@ struct ShownRobot {
 /// Posts a message if joint values to be shown exceed limits or leave loops open. They are shown
 /// anyway, since users move one joint after another.
 void note_shown_joints(CommandContext& ctx, RobotId robot, std::span<const double> q);
+/// The same with the robot's model.
+void note_shown_joints(CommandContext& ctx, RobotId robot, const RobotModel&,
+                       std::span<const double> q);
 
 /// The joint values shown in a world; without one, those of its pose "home", else zeros.
 [[nodiscard]] Result<std::vector<double>> shown_or_home(const CommandContext& ctx, const Map& args);

@@ -2,14 +2,15 @@
 #include "ioci/schema/choices.h"
 
 #include <algorithm>
-#include <cctype>
 #include <optional>
-#include <unordered_set>
 
+#include "document/each_record.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/interface_words.h"
-#include "kernel/interface_file.h"
+#include "ioci/schema/member_choices.h"
+#include "kernel/folder_names.h"
 #include "kernel/letters.h"
+#include "kernel/permit.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/units.h"
@@ -32,169 +33,6 @@ struct Level {
   const Map* given;
 };
 
-/// Members that are elements of a list of a record, by name; or by number where they have none.
-struct ListMember {
-  std::string_view word;
-  Kind kind;
-  std::string_view list;  ///< the record's field
-};
-constexpr ListMember kListMembers[] = {
-    {"link", Kind::robot, "links"},
-    {"link_or_base", Kind::robot, "links"},
-    {"pose", Kind::robot, "poses"},
-    {"tool", Kind::robot, "tools"},
-    {"attached", Kind::robot, "attached"},
-    {"loop", Kind::robot, "loops"},
-    {"axis", Kind::robot, "axes"},
-    {"robot", Kind::world, "robots"},
-    {"object", Kind::world, "objects"},
-    {"trajectory", Kind::world, "trajectories"},
-    {"frame", Kind::world, "frames"},
-    {"light", Kind::world, "lights"},
-    {"task", Kind::world, "tasks"},
-    {"program", Kind::world, "programs"},
-    {"signal", Kind::world, "signals"},
-    {"node", Kind::solid, "nodes"},
-    {"part", Kind::object, "parts"},
-    {"tcp", Kind::object, "tcps"},
-    {"segment", Kind::trajectory, "segments"},
-    {"step", Kind::task, "steps"},
-};
-
-void add_list(const model::Record& r, std::string_view list, std::vector<Choice>& out) {
-  const model::Content content = model::content(r.body);
-  const model::Field* field = content.type->field(list);
-  if (!field) return;
-  const void* elements = field->in(content.data);
-  for (std::size_t i = 0; i < field->type->length(elements); ++i) {
-    const std::string* name = model::name_of(*field->type->element, field->type->at(elements, i));
-    if (name) out.push_back({Value(*name)});
-    else out.push_back({Value(static_cast<std::int64_t>(i + 1))});
-  }
-}
-
-/// What runs through the records of a kind.
-using OfRecord = void (*)(CommandContext&, const model::Record&, std::vector<Choice>&);
-/// What needs no owner.
-using OfProgram = void (*)(CommandContext&, std::vector<Choice>&);
-
-void add_joints(CommandContext&, const model::Record& r, std::vector<Choice>& out) {
-  const auto& robot = std::get<model::Robot>(r.body);
-  for (const model::Link& l : robot.links) {
-    if (l.joint == model::JointKind::fixed) continue;
-    Choice c{Value(l.name)};
-    c.doc = model::kJointWords[static_cast<std::size_t>(l.joint)];
-    if (l.mimic && l.mimic->link >= 0 &&
-        static_cast<std::size_t>(l.mimic->link) < robot.links.size())
-      c.why_not = "It follows the joint of link " +
-                  text::quote(robot.links[static_cast<std::size_t>(l.mimic->link)].name) + ".";
-    out.push_back(std::move(c));
-  }
-}
-
-void add_tips(CommandContext& ctx, const model::Record& r, std::vector<Choice>& out) {
-  const auto id = ctx.snapshot().find(Kind::robot, r.name);
-  if (!id) return;
-  const auto model = model_of(ctx, Map{{"id", Application::handle(*id)}});
-  if (!model.ok()) return;
-  for (const TipModel& tip : (*model)->tips) out.push_back({Value(tip.name)});
-}
-
-void add_links_and_tools(CommandContext&, const model::Record& r, std::vector<Choice>& out) {
-  for (const char* list : {"tools", "attached", "links"}) add_list(r, list, out);
-}
-
-void add_robot_bodies(const model::Robot& robot, const std::string& prefix,
-                      std::vector<Choice>& out) {
-  out.push_back({Value(prefix + "base")});
-  for (const model::Link& l : robot.links) out.push_back({Value(prefix + l.name)});
-  for (const model::AttachedTool& t : robot.attached) out.push_back({Value(prefix + t.name)});
-}
-
-/// Bodies of a robot; of a world its objects and robots, and each robot's as `robot.link`.
-void add_bodies(CommandContext& ctx, const model::Record& r, std::vector<Choice>& out) {
-  if (const auto* robot = std::get_if<model::Robot>(&r.body)) {
-    add_robot_bodies(*robot, "", out);
-    return;
-  }
-  const auto* world = std::get_if<model::World>(&r.body);
-  if (!world) return;
-  add_list(r, "objects", out);
-  add_list(r, "robots", out);
-  for (const model::PlacedRobot& p : world->robots)
-    if (const auto* robot = ctx.snapshot().get(p.robot))
-      add_robot_bodies(*robot, p.name + ".", out);
-}
-
-void add_members(CommandContext&, const model::Record& r, std::vector<Choice>& out) {
-  for (const ListMember& m : kListMembers) {
-    if (m.kind != Kind::world) continue;
-    const std::size_t from = out.size();
-    add_list(r, m.list, out);
-    for (std::size_t i = from; i < out.size(); ++i) out[i].doc = m.word;
-  }
-}
-
-void add_parameters(CommandContext&, const model::Record& r, std::vector<Choice>& out) {
-  if (const model::Parametric* own = model::parametric_of(r.body))
-    for (const model::Parameter& p : own->parameters)
-      out.push_back({Value(p.name), {}, p.description, {}});
-}
-
-/// Further members, of a kind of record each; a body is of a robot or a world.
-struct RecordMember {
-  std::string_view word;
-  std::string_view kinds;
-  OfRecord add;
-};
-constexpr RecordMember kRecordMembers[] = {
-    {"joint", "robot", add_joints},
-    {"tip", "robot", add_tips},
-    {"link_or_tool", "robot", add_links_and_tools},
-    {"body", "robot|world", add_bodies},
-    {"member", "world", add_members},
-    {"parameter", "material|solid|object|robot|trajectory|world|task", add_parameters},
-};
-
-void add_commands(CommandContext& ctx, std::vector<Choice>& out) {
-  for (const CommandSpec* spec : ctx.app.commands.list())
-    out.push_back({Value(spec->name), {}, spec->summary, {}});
-}
-void add_kinds(CommandContext&, std::vector<Choice>& out) {
-  for (const Kind k : all_kinds()) out.push_back({Value(to_string(k))});
-}
-void add_interfaces(CommandContext&, std::vector<Choice>& out) {
-  constexpr std::string_view kPrefix = "robomosp.";
-  for (const InterfaceEntry* entry : InterfaceFile::all()) {
-    std::string word = entry->id.substr(0, entry->id.find('/'));
-    if (word.starts_with(kPrefix)) word.erase(0, kPrefix.size());
-    out.push_back({Value(std::move(word)), {}, entry->id, {}});
-  }
-}
-void add_modules(CommandContext& ctx, std::vector<Choice>& out) {
-  for (const ProviderInfo& p : ctx.app.registry.list("robomosp.module/1"))
-    out.push_back({Value(p.name), {}, p.summary, {}});
-}
-void add_settings(CommandContext& ctx, std::vector<Choice>& out) {
-  const auto listed = ctx.dispatch("plugin.settings", {});
-  if (!listed.ok() || !listed->as_list()) return;
-  for (const Value& each : *listed->as_list()) {
-    const Map* m = each.as_map();
-    const Value* name = m ? m->find("setting") : nullptr;
-    const Value* plugin = m ? m->find("plugin") : nullptr;
-    if (name && plugin) out.push_back({*name, {}, "Of plugin " + plugin->text() + ".", {}});
-  }
-}
-
-struct ProgramMember {
-  std::string_view word;
-  OfProgram add;
-};
-constexpr ProgramMember kProgramMembers[] = {
-    {"command", add_commands}, {"kind", add_kinds},       {"interface", add_interfaces},
-    {"module", add_modules},   {"setting", add_settings},
-};
-
 /// Spellings of units that are offered behind a number.
 constexpr const char* kOfferedUnits[] = {
     "m",     "cm",     "mm",     "in",     "deg",     "rad",     "s",      "ms",    "min",
@@ -204,7 +42,7 @@ constexpr const char* kOfferedUnits[] = {
 class Chooser {
  public:
   Chooser(CommandContext& ctx, std::string_view prefix, bool from_library, std::size_t most)
-      : ctx_(ctx), prefix_(prefix), from_library_(from_library), most_(most) {}
+      : ctx_(ctx), prefix_(prefix), from_library_(from_library), out_(prefix, most) {}
 
   Result<std::vector<Choice>> at(const Schema& schema, std::string_view path, const Map& given) {
     levels_.push_back({&schema, &given});
@@ -223,12 +61,13 @@ class Chooser {
       param = &*it;
       tree = &type_tree(param->type);
       const Value* part = here ? here->find(name) : nullptr;
-      // Into elements: "[2]".
-      while (!rest.empty() && rest.front() == '[') {
-        const std::size_t close = rest.find(']');
-        if (close == std::string_view::npos) return unknown(path, rest, {});
+      // Into elements: "[2]", or ".2" as paths of records have it.
+      while (!rest.empty() && (rest.front() == '[' || is_numbered(rest))) {
+        const bool is_bracket = rest.front() == '[';
+        const std::size_t close = is_bracket ? rest.find(']') : rest.find_first_of(".[", 1);
+        if (is_bracket && close == std::string_view::npos) return unknown(path, rest, {});
         const auto number = text::read_int(rest.substr(1, close - 1));
-        rest.remove_prefix(close + 1);
+        rest.remove_prefix(std::min(rest.size(), is_bracket ? close + 1 : close));
         const List* list = part ? part->as_list() : nullptr;
         part = list && number && *number >= 1 && *number <= std::ssize(*list)
                    ? &(*list)[static_cast<std::size_t>(*number - 1)]
@@ -245,8 +84,8 @@ class Chooser {
         fields = case_of(*tree, here);
         // The field that decides is a choice of its words.
         if (rest == tree->decided_by) {
-          for (const auto& [word, unused] : tree->cases) add({Value(word)});
-          return std::move(out_);
+          for (const auto& [word, unused] : tree->cases) out_.add(word);
+          return out_.take();
         }
         if (!fields)
           return error(ErrorCode::invalid_argument,
@@ -259,15 +98,19 @@ class Chooser {
     }
     if (!param) return unknown(path, path, schema);
     if (tree->kind == TypeKind::word && tree->choices.empty()) {
-      for (const WordInfo& w : words_of(*param)) add({Value(w.word), {}, w.doc, {}});
-      return std::move(out_);
+      for (const WordInfo& w : words_of(*param)) out_.add(w.word, w.doc);
+      return out_.take();
     }
     const std::string unit = unit_of(*param);
     of_type(*tree, unit, 0);
-    return std::move(out_);
+    return out_.take();
   }
 
  private:
+  /// ".2" at the front of a path.
+  static bool is_numbered(std::string_view rest) {
+    return rest.size() > 1 && rest.front() == '.' && rest[1] >= '0' && rest[1] <= '9';
+  }
   static Error unknown(std::string_view path, std::string_view name, const Schema& fields) {
     std::vector<std::string> known;
     for (const ParamSpec& p : fields) known.push_back(p.name);
@@ -304,31 +147,16 @@ class Chooser {
     return nullptr;
   }
 
-  void add(Choice c) {
-    if (out_.size() >= most_) return;
-    const std::string* own = c.value.as_string();
-    const std::string made = own ? std::string() : c.value.text();
-    const std::string& text = own ? *own : made;
-    if (text.size() < prefix_.size() ||
-        !std::equal(prefix_.begin(), prefix_.end(), text.begin(), [](char a, char b) {
-          return std::tolower(static_cast<unsigned char>(a)) ==
-                 std::tolower(static_cast<unsigned char>(b));
-        }))
-      return;
-    if (!seen_.insert(text).second) return;
-    out_.push_back(std::move(c));
-  }
-
   void of_type(const TypeTree& t, const std::string& unit, std::size_t depth) {
     constexpr std::size_t kDeepestChoice = 10;
     if (depth > kDeepestChoice) return;
     switch (t.kind) {
       case TypeKind::boolean:
-        add({Value(true)});
-        add({Value(false)});
+        out_.add_value(Value(true));
+        out_.add_value(Value(false));
         break;
       case TypeKind::word:
-        for (const WordInfo& w : t.choices) add({Value(w.word), {}, w.doc, {}});
+        for (const WordInfo& w : t.choices) out_.add(w.word, w.doc);
         break;
       case TypeKind::one_of:
         for (const auto& option : t.options) of_type(*option, unit, depth + 1);
@@ -337,7 +165,7 @@ class Chooser {
         if (t.element) of_type(*t.element, t.element->unit, depth + 1);
         break;
       case TypeKind::variant:
-        for (const auto& [word, fields] : t.cases) add({Value(word)});
+        for (const auto& [word, fields] : t.cases) out_.add(word);
         break;
       case TypeKind::named:
         if (const TypeTree* named = named_type(t.word)) of_type(*named, unit, depth + 1);
@@ -353,23 +181,34 @@ class Chooser {
 
   void references(const TypeTree& t) {
     const bool is_any = std::find(t.words.begin(), t.words.end(), "any") != t.words.end();
-    for (const Kind k : all_kinds()) {
-      const std::string_view word = to_string(k);
-      if (!is_any && std::find(t.words.begin(), t.words.end(), word) == t.words.end()) continue;
-      for (const AnyId id : ctx_.snapshot().list(k))
-        add({Value(ctx_.snapshot().find(id)->name), {}, std::string(word), {}});
-    }
+    std::vector<Kind> kinds;
+    for (const Kind k : all_kinds())
+      if (is_any || std::find(t.words.begin(), t.words.end(), to_string(k)) != t.words.end())
+        kinds.push_back(k);
+    // By kind, but in one pass over the document.
+    std::vector<std::vector<const std::string*>> names(all_kinds().size());
+    std::size_t found = 0;
+    document::each_record(ctx_.snapshot(), kinds, [&](AnyId id, const model::Record& r) {
+      auto& of_kind = names[static_cast<std::size_t>(id.kind)];
+      if (of_kind.size() < out_.room() && begins_with(r.name, prefix_)) {
+        of_kind.push_back(&r.name);
+        ++found;
+      }
+      return kinds.size() > 1 || found < out_.room();
+    });
+    for (const Kind k : kinds)
+      for (const std::string* name : names[static_cast<std::size_t>(k)]) {
+        if (out_.is_full()) return;
+        out_.add(*name, to_string(k));
+      }
     // Behind those of the document; of "any" kind there would be the whole library.
-    for (const Kind k : all_kinds()) {
-      const std::string_view word = to_string(k);
-      if (!from_library_ || std::find(t.words.begin(), t.words.end(), word) == t.words.end())
-        continue;
-      for (const std::string& name : library_names(ctx_.app, k))
-        add({Value(name), {}, std::string(word) + " of the library", {}});
-    }
+    if (from_library_ && !is_any)
+      for (const Kind k : kinds)
+        for (const std::string& name : library_names(ctx_.app, k))
+          out_.add(name, std::string(to_string(k)) + " of the library");
     if (std::find(t.words.begin(), t.words.end(), "recording") != t.words.end())
       for (const auto& [number, r] : ctx_.app.recordings.list())
-        add({Value("recording#" + std::to_string(number)), r->title, {}, {}});
+        if (Choice* c = out_.add("recording#" + std::to_string(number))) c->label = r->title;
   }
 
   void providers(const TypeTree& t) {
@@ -377,36 +216,30 @@ class Chooser {
       const auto id = interface_of_word(word);
       if (!id.ok()) continue;
       for (const ProviderInfo& p : ctx_.app.registry.list(*id))
-        add({Value(p.name), {}, p.summary, p.enabled ? std::string() : "It is disabled."});
+        if (Choice* c = out_.add(p.name, p.summary); c && !p.enabled)
+          c->why_not = "It is disabled.";
     }
   }
 
   void files(const TypeTree& t) {
-    if (!ctx_.session.may(Effect::files_read)) return;
+    if (!ctx_.session.may(Effect::files_read) || !require(Effect::files_read).ok()) return;
     const auto slash = prefix_.rfind('/');
     const std::string folder(slash == std::string_view::npos ? std::string_view()
                                                              : prefix_.substr(0, slash + 1));
-    const auto listed =
-        ctx_.dispatch("file.list", Map{{"folder", folder.empty() ? std::string(".") : folder}});
-    if (!listed.ok() || !listed->as_list()) return;
-    for (const Value& each : *listed->as_list()) {
-      const Map* m = each.as_map();
-      const Value* name = m ? m->find("name") : nullptr;
-      const Value* kind = m ? m->find("kind") : nullptr;
-      if (!name || !name->as_string() || !kind || name->as_string()->starts_with('.')) continue;
-      const bool is_folder = *kind == Value("folder");
-      const std::string file = folder + *name->as_string();
-      if (is_folder) {
-        add({Value(file + "/")});
-      } else if (t.word != "folder") {
-        const bool fits =
-            t.words.empty() ||
-            std::any_of(t.words.begin(), t.words.end(), [&](const std::string& pattern) {
-              return file.ends_with(std::string_view(pattern).substr(pattern.starts_with('*')));
-            });
-        if (fits) add({Value(file)});
-      }
-    }
+    const std::string_view begun = prefix_.substr(folder.size());
+    const auto fits = [&](std::string_view name, FileKind kind) {
+      if (name.starts_with('.') || !begins_with(name, begun)) return false;
+      if (kind == FileKind::folder) return true;
+      return t.word != "folder" &&
+             (t.words.empty() ||
+              std::any_of(t.words.begin(), t.words.end(), [&](const std::string& pattern) {
+                return name.ends_with(std::string_view(pattern).substr(pattern.starts_with('*')));
+              }));
+    };
+    const auto listed = first_names(folder.empty() ? "." : folder, out_.room(), fits);
+    if (!listed.ok()) return;
+    for (const FolderEntry& e : *listed)
+      out_.add(folder + e.name + (e.kind == FileKind::folder ? "/" : ""));
   }
 
   /// "12" gives "12 mm" and its like.
@@ -418,45 +251,46 @@ class Chooser {
       if (!own.ok() || part.empty()) continue;
       for (const char* each : kOfferedUnits)
         if (const auto unit = units::parse(each); unit.ok() && unit->dimension == own->dimension)
-          add({Value(std::string(number) + " " + each)});
+          out_.add(std::string(number) + " " + each);
     }
   }
 
   void members(std::string_view word, const std::string& of) {
-    std::vector<Choice> found;
-    for (const ProgramMember& m : kProgramMembers)
-      if (m.word == word) m.add(ctx_, found);
-    for (const ListMember& m : kListMembers) {
+    for (const ProgramMember& m : program_members())
+      if (m.word == word) m.add(ctx_, out_);
+    for (const ListMember& m : list_members()) {
       if (m.word != word) continue;
       const Owner owner = owner_of(of, to_string(m.kind));
+      const std::size_t first = out_.size();
       for (const model::Record* r : owner.records) {
-        const std::size_t from = found.size();
-        add_list(*r, m.list, found);
-        if (!owner.is_given)
-          for (std::size_t i = from; i < found.size(); ++i) {
-            found[i].doc = "Of " + r->name + ".";
-            found[i].is_decided = false;
-          }
+        if (out_.is_full()) break;
+        add_list(*r, m.list, out_, owner.is_given ? std::string() : "Of " + r->name + ".");
       }
-      if (word == "link_or_base" && !owner.records.empty()) {
-        found.push_back({Value("base")});
-        found.back().is_decided = owner.is_given;
-      }
+      if (word == "link_or_base" && !owner.records.empty()) out_.add("base");
+      leave_open(owner, first);
     }
-    for (const RecordMember& m : kRecordMembers) {
+    for (const RecordMember& m : record_members()) {
       if (m.word != word) continue;
       const Owner owner = owner_of(of, m.kinds);
-      const std::size_t from = found.size();
-      for (const model::Record* r : owner.records) m.add(ctx_, *r, found);
-      for (std::size_t i = from; i < found.size(); ++i) found[i].is_decided = owner.is_given;
+      const std::size_t first = out_.size();
+      for (const model::Record* r : owner.records) {
+        if (out_.is_full()) break;
+        m.add(ctx_, *r, out_);
+      }
+      leave_open(owner, first);
     }
     if (word == "column") {
       const Owner owner = owner_of(of, "recording");
       if (owner.recording)
-        for (const recording::Column& c : owner.recording->columns)
-          found.push_back({Value(c.name), {}, c.doc, {}});
+        for (const recording::Column& c : owner.recording->columns) {
+          if (out_.is_full()) break;
+          out_.add(c.name, c.doc);
+        }
     }
-    for (Choice& c : found) add(std::move(c));
+  }
+  /// Choices from `first` on, of records that nothing given names.
+  void leave_open(const Owner& owner, std::size_t first) {
+    for (std::size_t i = first; i < out_.size(); ++i) out_[i].is_decided = owner.is_given;
   }
 
   /// The value of an argument, from the innermost table out, and its type.
@@ -559,10 +393,8 @@ class Chooser {
   CommandContext& ctx_;
   std::string_view prefix_;
   bool from_library_;
-  const std::size_t most_;
+  ChoiceList out_;
   std::vector<Level> levels_;
-  std::vector<Choice> out_;
-  std::unordered_set<std::string> seen_;
 };
 
 }  // namespace
@@ -576,9 +408,9 @@ Result<std::vector<Choice>> choices_of(CommandContext& ctx, const Schema& schema
 
 std::vector<std::string> member_words() {
   std::vector<std::string> out{"column"};
-  for (const ListMember& m : kListMembers) out.emplace_back(m.word);
-  for (const RecordMember& m : kRecordMembers) out.emplace_back(m.word);
-  for (const ProgramMember& m : kProgramMembers) out.emplace_back(m.word);
+  for (const ListMember& m : list_members()) out.emplace_back(m.word);
+  for (const RecordMember& m : record_members()) out.emplace_back(m.word);
+  for (const ProgramMember& m : program_members()) out.emplace_back(m.word);
   std::sort(out.begin(), out.end());
   return out;
 }

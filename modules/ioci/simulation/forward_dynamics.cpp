@@ -189,6 +189,7 @@ LiveSource live(CommandContext& ctx, RobotId robot, sim::ForwardRun run) {
     out.asks.emplace_back(Controller::kInterfaceId,
                           run.controller.name.empty() ? r.controller : run.controller);
   if (!run.trajectory.empty()) out.asks.emplace_back(IkSolver::kInterfaceId, r.ik);
+  out.pulls = run.pulls = std::make_shared<sim::Pulls>();
   out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
                 snapshot = ctx.app.document.now(), run = std::move(run)](
                    const sim::RunState* from, sim::RowSink& sink, Progress& progress) {

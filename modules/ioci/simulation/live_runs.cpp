@@ -74,6 +74,38 @@ bool asks_scripts(const Registry& registry, const LiveSource& live) {
 struct Made {
   sim::LiveRun::Source source;
   std::shared_ptr<task::ProgramWatch> watch = {};
+  bool has_forces = false;  ///< run.pull acts
+};
+
+/// Tells simulations which sessions are open, until the application ends. [any thread]
+class OpenSessions {
+ public:
+  explicit OpenSessions(const Application& app) : gate_(std::make_shared<Gate>()) {
+    gate_->app = &app;
+  }
+  ~OpenSessions() {
+    const std::lock_guard lock(gate_->mutex);
+    gate_->app = nullptr;
+  }
+  OpenSessions(const OpenSessions&) = delete;
+  OpenSessions& operator=(const OpenSessions&) = delete;
+  [[nodiscard]] std::function<bool(std::uint64_t session)> check() const {
+    return [gate = gate_](std::uint64_t session) {
+      const std::lock_guard lock(gate->mutex);
+      if (!gate->app) return false;
+      const auto all = gate->app->sessions();
+      return std::any_of(all.begin(), all.end(), [&](const Application::SessionInfo& s) {
+        return s.number == session && s.is_open;
+      });
+    };
+  }
+
+ private:
+  struct Gate {
+    std::mutex mutex;
+    const Application* app = nullptr;  // guarded by mutex
+  };
+  std::shared_ptr<Gate> gate_;
 };
 
 Result<Made> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
@@ -107,7 +139,11 @@ Result<Made> source_of(CommandContext& ctx, const LiveRunEntry& entry) {
                              watch = live.watch.get()](std::vector<task::ProgramActor>& programs) {
           return set->set_all(programs, watch->stand ? &*watch->stand : nullptr);
         };
-      return Made{std::move(live.source), std::move(live.watch)};
+      if (live.pulls) {
+        *live.pulls = entry.pulls;
+        live.pulls->set_open_check(ctx.app.kept<OpenSessions>().check());
+      }
+      return Made{std::move(live.source), std::move(live.watch), live.pulls != nullptr};
     }
   }
   RMP_TRY_ASSIGN(const Value made, ctx.dispatch(simulation->command, args));
@@ -223,7 +259,44 @@ Map live_run_state(const Application& app, const LiveRunEntry& entry) {
   }
   out.set("joints", std::move(joints));
   if (!axes.empty()) out.set("axes", std::move(axes));
+  List pullable, pulls;
+  for (std::string& name : pullable_robots(entry, head)) pullable.emplace_back(std::move(name));
+  if (entry.has_forces)
+    for (const auto& [name, pose] : objects) pullable.emplace_back(name);
   out.set("objects", std::move(objects));
+  for (const sim::Pulls::Shown& p : entry.pulls.shown()) {
+    Map one{{"session", static_cast<std::int64_t>(p.pull.session)}};
+    if (p.pull.object.empty()) {
+      one.set("robot", p.pull.robot);
+      one.set("link", p.pull.link);
+    } else {
+      one.set("object", p.pull.object);
+    }
+    one.set("to", vec_value(p.pull.to));
+    if (p.at) one.set("at", vec_value(*p.at));
+    one.set("force", p.force);
+    pulls.emplace_back(std::move(one));
+  }
+  out.set("pullable", std::move(pullable));
+  out.set("pulls", std::move(pulls));
+  return out;
+}
+
+std::vector<std::string> pullable_robots(const LiveRunEntry& entry,
+                                         const recording::Recording& head) {
+  std::vector<std::string> out;
+  if (!entry.has_forces) return out;
+  const document::SnapshotPtr snapshot = entry.snapshot();
+  const auto* record = snapshot->find(AnyId{*kind_from(entry.subject.kind), entry.subject.number});
+  const auto* world = record ? std::get_if<model::World>(&record->body) : nullptr;
+  // Robots that follow their motion whatever acts on them have no torques.
+  const auto add_robot = [&](const std::string& name) {
+    if (head.find((name == head.robot ? "" : name + ".") + std::string("tau1")))
+      out.push_back(name);
+  };
+  if (!world) add_robot(head.robot);
+  else
+    for (const auto& r : world->robots) add_robot(r.name);
   return out;
 }
 
@@ -292,6 +365,7 @@ Result<Value> start(CommandContext& ctx, const Map& args) {
   set_entry(entry, args);
   RMP_TRY_ASSIGN(Made simulation, source_of(ctx, entry));
   entry.set_watch(std::move(simulation.watch));
+  entry.has_forces = simulation.has_forces;
   entry.run = std::make_unique<sim::LiveRun>();
   RMP_TRY(entry.run->start(std::move(simulation.source), ctx.progress));
   if (entry.of != kReplay) {
@@ -339,6 +413,7 @@ Result<Value> anew(CommandContext& ctx, const Map& args, bool is_same_run,
   auto done = (entry.run.get()->*how)(std::move(made->source), ctx.progress);
   if (done.ok()) {
     entry.set_watch(std::move(made->watch));
+    entry.has_forces = made->has_forces;
     entry.set_snapshot(ctx.base());
   }
   return answer(ctx, args, std::move(done));
@@ -412,6 +487,13 @@ Result<Value> rows(CommandContext& ctx, const Map& args) {
   return Value(std::move(out));
 }
 
+Result<Value> columns(CommandContext& ctx, const Map& args) {
+  List out;
+  for (const recording::Column& c : entry_of(ctx, args)->run->head().columns)
+    out.emplace_back(Map{{"name", c.name}, {"unit", c.unit}, {"doc", c.doc}});
+  return Value(std::move(out));
+}
+
 Result<Value> remove(CommandContext& ctx, const Map& args) {
   ctx.app.runs->remove(args.find("id")->as_handle()->number);
   return Value();
@@ -471,7 +553,11 @@ RMP_COMMANDS(run_commands) {
        field(
            "axes", "map", "",
            "Values of the maker's axes [deg or mm] by robot and name, of robots with known axes."),
-       field("objects", "map", "", "Poses of the moving objects.")}};
+       field("objects", "map", "", "Poses of the moving objects."),
+       field("pullable", "list", "", "Names of the objects and robots that run.pull can pull."),
+       field("pulls", "list", "",
+             "The pulls (run.pull): session; object, or robot and link; to [m]; and of the last "
+             "computed step at [m], the pulled point, and force [N].")}};
   const auto add = [&](const char* name, const char* summary, const char* details,
                        std::string example, Schema params, ReturnSpec returns, Effect effect,
                        Result<Value> (*run)(CommandContext&, const Map&)) {
@@ -585,6 +671,15 @@ RMP_COMMANDS(run_commands) {
         field("restarts", "int", "", "Value for the next call."),
         field("columns", "map", "", "Arrays by column name, in SI units.")}},
       Effect::reads, rows);
+  add("run.columns", "Lists the columns of a run's rows with units.", "",
+      with_fall("assert(fall:columns()[1].name == \"time\" and fall:columns()[1].unit == \"s\")"),
+      {self("run")},
+      {"list",
+       "",
+       "",
+       {field("name", "string", "", "Name of the column."), field("unit", "string", "", "SI unit."),
+        field("doc", "string", "", "Description of the column.")}},
+      Effect::reads, columns);
   add("run.recording", "Returns the rows of a run so far as a recording.",
       "The recording does not grow with the run.",
       with_fall("fall:seek(0.1)\nlocal r = fall:recording()\nassert(#r:values(\"time\") == 11)"),

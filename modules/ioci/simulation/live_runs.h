@@ -16,6 +16,7 @@
 #include "ioci/core/command.h"
 #include "ioci/core/runs.h"
 #include "sim/live_run.h"
+#include "sim/pulls.h"
 #include "task/run.h"
 
 namespace robomosp::ioci {
@@ -28,7 +29,13 @@ struct LiveSource {
   sim::LiveRun::Source source;
   std::vector<std::pair<const char*, model::ProviderChoice>> asks;
   std::shared_ptr<task::ProgramWatch> watch = {};  ///< of programs
+  /// Where the source gets the pulls of its run from, set before it starts; null = no forces act.
+  std::shared_ptr<sim::Pulls> pulls = {};
 };
+
+/// Names of the robots that run.pull can pull. `head`: the run's columns.
+[[nodiscard]] std::vector<std::string> pullable_robots(const LiveRunEntry&,
+                                                       const recording::Recording& head);
 
 /// 1 = real time, "max" = as fast as it computes, negative = backwards.
 Result<double> speed_of(const Value&);

@@ -316,6 +316,7 @@ Result<LiveSource> live_physics(CommandContext& ctx, const Map& args) {
     out.asks.emplace_back(Controller::kInterfaceId,
                           drive->controller.name.empty() ? r.controller : drive->controller);
   }
+  out.pulls = run.pulls = std::make_shared<sim::Pulls>();
   out.source = [&registry = ctx.app.registry, &derived = ctx.app.derived,
                 snapshot = ctx.app.document.now(), run = std::move(run)](
                    const sim::RunState* from, sim::RowSink& sink, Progress& progress) {

@@ -30,24 +30,39 @@ struct StepNote {
   std::string_view doc = {};
 };
 constexpr StepNote kStepNotes[] = {
-    {"move", "trajectory", false, "@when(pose is absent and joints is absent)"},
-    {"move", "pose", false,
-     "@when(trajectory is absent and joints is absent and target is absent)"},
-    {"move", "joints", false,
-     "@when(trajectory is absent and pose is absent and target is absent)"},
-    {"move", "target", false, "@when(pose is absent and joints is absent)"},
-    {"move", "tool", false, "", "Tool, link or held object to move."},
+    {"move", "trajectory", false, "@when(pose is absent and joints is absent)",
+     "Trajectory to run, placed at `target`."},
+    {"move", "pose", false, "@when(trajectory is absent and joints is absent and target is absent)",
+     "Named pose of the robot."},
+    {"move", "joints", false, "@when(trajectory is absent and pose is absent and target is absent)",
+     "Joint values: of all joints, or of those with motors."},
+    {"move", "target", false, "@when(pose is absent and joints is absent)",
+     "Pose of the tool, in the world or in `frame`; of a trajectory, its placement."},
+    {"move", "tool", false, "",
+     "Tool or link of the robot, or an object that it holds, to move to the target; by default the "
+     "robot's tool."},
     {"move", "profile", false, "@when(path is joint and trajectory is absent)",
      "Profile of a joint move."},
     {"move", "path", false, "enum(joint|straight) @when(target is present)",
-     "Motion of the tool to a target."},
+     "Motion of the tool to a target: straight is a line at `tool_speed`."},
     {"move", "tool_speed", false, "@when(path is straight)"},
-    {"attach detach", "object", true},
+    {"move", "duration", false, "", "Duration; 0 is as fast as allowed."},
+    {"attach", "object", true, "", "Object to attach."},
+    {"detach", "object", true, "", "Object to release."},
+    {"attach", "link", false, "",
+     "Tool or link that holds the object; by default the robot's tool."},
+    {"attach", "tcp", false, "",
+     "Centre point of the object: until its release, moves without `tool` move this point."},
+    {"attach", "reach", false, "",
+     "An object farther than this from the tool's point, or from the link and its bodies, is not "
+     "attached, which a note reports; by default 5 mm."},
     {"set", "signal", true},
     {"set", "value", true, "expression or bool", "A number, or an expression like a condition."},
-    {"wait", "condition", false, "@when(time is absent)"},
-    {"if", "condition", true},
+    {"wait", "time", false, "", "Time to wait."},
+    {"wait", "condition", false, "@when(time is absent)", "Condition to wait for."},
+    {"if", "condition", true, "", "Condition of the block."},
     {"call", "task", true},
+    {"call", "robot", false, "", "Robot of steps of the task that name none."},
     {"repeat", "count", true},
     {"message", "text", true},
 };
@@ -62,8 +77,9 @@ std::string without_when(std::string type) {
 
 /// The fields that a kind of step has, as the declarations of TaskStep and their conditions say.
 Schema make_step_params(StepKind kind) {
+  static const Schema declared = record_params("task", "steps");
   Schema out;
-  for (ParamSpec& p : record_params("task", "steps")) {
+  for (ParamSpec p : declared) {
     if (p.name == "kind" || p.name == "parent") continue;
     const Condition& when = notes_of(p).when;
     const auto left = when.is_always() ? std::optional<std::string>("")
@@ -214,21 +230,32 @@ Value list_of(const Rows& rows, Fn&& fn) {
 
 }  // namespace
 
-const char* const kStepDoc =
-    "A step is a table: `step` is its kind, the other fields are its parameters. `move`: `robot` "
-    "and one of `pose` (a named one), `joints` (all, or those with motors), `target` (a pose, in "
-    "the world or in `frame`; with path = \"straight\" in a straight line at `tool_speed`) or "
-    "`trajectory` (placed at `target`); `tool` names a tool or link of the robot, or an object "
-    "that it holds, which is moved there instead of the robot's tool; joint moves take `profile` "
-    "quintic, trapezoidal, s_curve or time_optimal, `speed` (share of the joints' limits) and "
-    "`duration`. `attach` and `detach`: `object`, `robot`, `link` (a link or tool); with `tcp`, a "
-    "centre point of the object, moves that name no `tool` move that point until the object is "
-    "released; an object farther than `reach` (5 mm) from the tool's point, or from the link and "
-    "its bodies, is not attached, which a note reports. `set`: `signal`, `value`. `wait`: `time`, "
-    "or `condition` with `timeout`. `call`: `task`. `repeat`: `count`, `steps`. `if`: `condition`, "
-    "`steps`; `else`: `steps`. `message`: `text`. Conditions are expressions over signals, `time`, "
-    "the joints `left.q1` and `left.qd1` of a robot, and the places `left.x` of its tool and "
-    "`part.x` of an object.";
+std::string step_doc() {
+  std::string out =
+      "A step is a table: `step` is its kind, the other fields are its parameters.\n\n"
+      "| step | field | unit | default | meaning |\n|---|---|---|---|---|\n";
+  for (std::size_t i = 0; i < model::kStepWords.size(); ++i) {
+    const std::string word = "| `" + std::string(model::kStepWords[i]) + "` | ";
+    const Schema fields = make_step_params(static_cast<StepKind>(i));
+    for (const ParamSpec& p : fields) {
+      const std::string unit = unit_of(p);
+      out += word + "`" + p.name + "` | " + (unit == model::kByJoint ? "by joint" : unit) + " | " +
+             (p.required                                       ? "required"
+              : p.default_value && !p.default_value->as_list() ? "`" + p.default_value->text() + "`"
+                                                               : std::string()) +
+             " | " + p.doc;
+      if (const auto words = words_of(p); !words.empty()) {
+        std::vector<std::string> all;
+        for (const WordInfo& w : words) all.push_back(w.word);
+        out += " One of " + text::enumerate(all) + ".";
+      }
+      out += " |\n";
+    }
+  }
+  return out +
+         "\nConditions are expressions over signals, `time`, the joints `left.q1` and `left.qd1` "
+         "of a robot, and the places `left.x` of its tool and `part.x` of an object.";
+}
 
 Result<std::vector<TaskStep>> read_steps(const CommandContext& ctx, const Value& value,
                                          const std::string& path) {

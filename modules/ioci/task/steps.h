@@ -10,8 +10,8 @@
 
 namespace robomosp::ioci {
 
-/// Documentation of steps in commands.
-extern const char* const kStepDoc;
+/// Help for steps: each kind with its fields, from their declarations.
+[[nodiscard]] std::string step_doc();
 
 /// A step from `{step = "move", robot = "left", pose = "home"}`, followed by the steps inside a
 /// block (`steps`); parents are indices relative to the first step, which has parent -1.

@@ -143,14 +143,40 @@ Result<Value> set_step(CommandContext& ctx, const Map& args) {
 Result<Value> move_step(CommandContext& ctx, const Map& args) {
   return change_task(ctx, args, [&](Task& t) -> Result<void> {
     RMP_TRY_ASSIGN(const std::size_t from, step_at(t, args, "index"));
-    RMP_TRY_ASSIGN(const std::size_t to, step_at(t, args, "before"));
+    const bool has_block = has(args, "parent"), has_next = has(args, "before");
+    if (has_block && has_next)
+      return error(ErrorCode::invalid_argument, "both before and parent are given",
+                   "Give the step that follows, or the block that it goes to the end of.",
+                   "parent");
+    // Without both it becomes the last step.
+    std::size_t to = t.steps.size();
+    std::int32_t parent = TaskStep().parent;
+    if (has_next) {
+      RMP_TRY_ASSIGN(to, step_at(t, args, "before"));
+      parent = t.steps[to].parent;
+    }
+    if (has_block) {
+      RMP_TRY_ASSIGN(const std::size_t block, step_at(t, args, "parent"));
+      if (!is_block(t.steps[block].kind))
+        return error(ErrorCode::invalid_argument,
+                     "step " + std::to_string(block + 1) + " is " +
+                         text::quote(to_string(t.steps[block].kind)) + " and contains no steps",
+                     "Blocks are repeat, if and else.", "parent");
+      parent = static_cast<std::int32_t>(block);
+      to = end_of(t, block);
+    }
     const std::size_t end = end_of(t, from);
-    if (to >= from && to < end)
+    const bool is_in_itself = has_block && parent >= static_cast<std::int32_t>(from) &&
+                              parent < static_cast<std::int32_t>(end);
+    if (is_in_itself)
+      return error(ErrorCode::invalid_argument,
+                   "step " + std::to_string(from + 1) + " cannot be moved into itself", {},
+                   "parent");
+    if (has_next && to >= from && to < end)
       return error(ErrorCode::invalid_argument,
                    "step " + std::to_string(from + 1) + " cannot be before step " +
                        std::to_string(to + 1) + ", which is itself or within it",
                    {}, "before");
-    const std::int32_t parent = t.steps[to].parent;
     std::vector<TaskStep> moved(t.steps.begin() + static_cast<std::ptrdiff_t>(from),
                                 t.steps.begin() + static_cast<std::ptrdiff_t>(end));
     const std::size_t count = end - from;
@@ -184,13 +210,14 @@ std::string with_task(const char* rest) {
 
 RMP_COMMANDS(task_commands) {
   std::vector<CommandSpec> all;
+  const std::string steps_help = step_doc();
   const ParamSpec index = needed("index", "int", "", "Number of the step, 1 is the first.");
   const ParamSpec step = needed("step", "map", "", "The step.");
   const ParamSpec description = optional("description", "string", "", "Purpose of the program.");
   all.push_back({.name = "task.create",
                  .classic = "",
                  .summary = "Makes a task of steps.",
-                 .details = kStepDoc,
+                 .details = steps_help,
                  .example = with_task("assert(#shift:steps() == 3)"),
                  .params = {needed("name", "string", "", "Name, unique among tasks."),
                             optional("steps", "list", "", "Its steps, in order."), description,
@@ -216,7 +243,7 @@ RMP_COMMANDS(task_commands) {
        .summary = "Adds a step to a task.",
        .details = std::string("It is added at the end of the task, at the end of the block "
                               "`parent`, or before the step `before`. ") +
-                  kStepDoc,
+                  steps_help,
        .example = with_task("local at = shift:add_step{step = {step = \"message\", text = "
                             "\"once more\"}, parent = 2}\nassert(at == 4 and "
                             "shift:steps()[4].parent == 2)"),
@@ -237,18 +264,24 @@ RMP_COMMANDS(task_commands) {
                  .returns = {},
                  .effect = Effect::edits,
                  .run = set_step});
-  all.push_back({.name = "task.move_step",
-                 .classic = "",
-                 .summary = "Moves a step, with the steps in it, before another.",
-                 .details = "",
-                 .example = with_task("shift:move_step{index = 2, before = 1}\n"
-                                      "assert(shift:steps()[1].step == \"repeat\" and "
-                                      "shift:steps()[2].parent == 1)"),
-                 .params = {self("task"), index,
-                            needed("before", "int", "", "Number of the step that will follow it.")},
-                 .returns = {},
-                 .effect = Effect::edits,
-                 .run = move_step});
+  all.push_back(
+      {.name = "task.move_step",
+       .classic = "",
+       .summary = "Moves a step, with the steps in it, before another.",
+       .details = "Or to the end of a block, or of the task if neither is given.",
+       .example = with_task("shift:move_step{index = 2, before = 1}\n"
+                            "assert(shift:steps()[1].step == \"repeat\" and "
+                            "shift:steps()[2].parent == 1)\n"
+                            "shift:move_step{index = 2}\n"
+                            "assert(shift:steps()[3].step == \"wait\" and "
+                            "shift:steps()[3].parent == 0)"),
+       .params = {self("task"), index,
+                  optional("before", "int", "", "Number of the step that will follow it."),
+                  optional("parent", "int", "",
+                           "Number of a block; the step becomes the last in it.")},
+       .returns = {},
+       .effect = Effect::edits,
+       .run = move_step});
   all.push_back({.name = "task.remove_step",
                  .classic = "",
                  .summary = "Removes a step with the steps in it.",

@@ -67,13 +67,32 @@ Result<void> renumber(EdgePath& path, const std::vector<CsgEdge>& before,
   return {};
 }
 
+/// Trajectories with a path that were changed themselves, or whose solids were, once each.
+std::vector<AnyId> followers_of(CommandContext& ctx) {
+  std::vector<AnyId> all;
+  const document::Snapshot& now = ctx.snapshot();
+  const auto keep = [&](AnyId id) {
+    if (id.kind != Kind::trajectory) return;
+    const model::Record* r = now.find(id);
+    if (r && std::get<Trajectory>(r->body).along) all.push_back(id);
+  };
+  for (const AnyId id : ctx.edit().touched()) {
+    keep(id);
+    if (id.kind != Kind::solid || !now.find(id)) continue;
+    for (const AnyId user : now.referrers(id)) keep(user);
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
 class EdgeFollower {
  public:
   explicit EdgeFollower(CommandContext& ctx)
       : ctx_(ctx), edits_(ctx.edit()), before_(edits_.before()) {}
 
-  Result<void> run() {
-    for (const AnyId id : followers()) {
+  Result<void> run(const std::vector<AnyId>& followers) {
+    for (const AnyId id : followers) {
       const auto now = ctx_.snapshot().share(id);
       const auto was = before_.share(id);
       const auto& t = std::get<Trajectory>(now->body);
@@ -96,24 +115,6 @@ class EdgeFollower {
   }
 
  private:
-  /// Trajectories with a path that were changed themselves, or whose solids were, once each.
-  [[nodiscard]] std::vector<AnyId> followers() const {
-    std::vector<AnyId> all;
-    const document::Snapshot& now = ctx_.snapshot();
-    const auto keep = [&](AnyId id) {
-      if (id.kind != Kind::trajectory) return;
-      const model::Record* r = now.find(id);
-      if (r && std::get<Trajectory>(r->body).along) all.push_back(id);
-    };
-    for (const AnyId id : edits_.touched()) {
-      keep(id);
-      if (id.kind != Kind::solid || !now.find(id)) continue;
-      for (const AnyId user : now.referrers(id)) keep(user);
-    }
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
-    return all;
-  }
   using Segments = std::vector<model::TrajectorySegment>;
   static bool equal_segments(const Segments& a, const Segments& b) {
     const model::Field& f = *model::type_of<Trajectory>().field("segments");
@@ -190,7 +191,10 @@ class EdgeFollower {
 
 }  // namespace
 
-Result<void> follow_edges(CommandContext& ctx) { return EdgeFollower(ctx).run(); }
+Result<void> follow_edges(CommandContext& ctx) {
+  const std::vector<AnyId> followers = followers_of(ctx);
+  return followers.empty() ? Result<void>() : EdgeFollower(ctx).run(followers);
+}
 
 namespace {
 

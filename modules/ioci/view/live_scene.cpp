@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene of a record for programs that draw it themselves and follow it, such as the page of the
 // server: what changed since they asked last.
-#include <algorithm>
-#include <list>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <utility>
 
 #include "ioci/core/commands.h"
 #include "ioci/core/runs.h"
+#include "ioci/view/followed_scenes.h"
 #include "ioci/view/picture.h"
 #include "ioci/view/run_motion.h"
 #include "kernel/base64.h"
 #include "scene/build.h"
 #include "scene/frame.h"
 #include "scene/replay.h"
-#include "scene/scene_model.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -25,51 +22,6 @@ namespace {
 struct ShownMeshes {
   explicit ShownMeshes(Application&) {}
   scene::MeshKeys keys;
-};
-
-/// Scenes that pages follow, the one asked for last first. Kept with the application.
-class FollowedScenes {
- public:
-  explicit FollowedScenes(Application&) {}
-
-  /// The newest frame of a record, made from the one that was given last.
-  Result<scene::FramePtr> frame(CommandContext& ctx, AnyId id, scene::MotionPtr motion) {
-    const std::shared_ptr<Followed> followed = find(ctx, id);
-    scene::Wanted wanted;
-    wanted.snapshot = std::make_shared<const document::Snapshot>(ctx.snapshot());
-    wanted.motion = std::move(motion);
-    if (std::unique_lock lock(followed->mutex, std::try_to_lock); lock.owns_lock())
-      return followed->model.update(wanted, scene::Detail::exact, ctx.progress);
-    // Another session computes it at this moment; nobody waits for somebody else's scene.
-    scene::SceneModel alone(ctx.app.derived, ctx.app.registry, id);
-    return alone.update(wanted, scene::Detail::exact, ctx.progress);
-  }
-
- private:
-  struct Followed {
-    Followed(CommandContext& ctx, AnyId what)
-        : id(what),
-          registry_revision(ctx.app.registry.revision()),
-          model(ctx.app.derived, ctx.app.registry, what) {}
-    const AnyId id;
-    const std::uint64_t registry_revision;  ///< other providers may make other shapes
-    std::mutex mutex;
-    scene::SceneModel model;  ///< guarded by mutex
-  };
-  static constexpr std::size_t kKept = 4;
-
-  std::shared_ptr<Followed> find(CommandContext& ctx, AnyId id) {
-    const std::lock_guard lock(mutex_);
-    auto at = std::find_if(kept_.begin(), kept_.end(), [&](const auto& f) {
-      return f->id == id && f->registry_revision == ctx.app.registry.revision();
-    });
-    if (at == kept_.end()) at = kept_.insert(kept_.begin(), std::make_shared<Followed>(ctx, id));
-    kept_.splice(kept_.begin(), kept_, at);
-    while (kept_.size() > kKept) kept_.pop_back();
-    return kept_.front();
-  }
-  std::mutex mutex_;
-  std::list<std::shared_ptr<Followed>> kept_;  // guarded by mutex_
 };
 
 Result<Value> scene_of(CommandContext& ctx, const Map& args) {
@@ -91,7 +43,7 @@ Result<Value> scene_of(CommandContext& ctx, const Map& args) {
     RMP_TRY_ASSIGN(motion, run_motion(ctx.snapshot(), id, *found));
   }
   RMP_TRY_ASSIGN(const scene::FramePtr frame,
-                 ctx.app.kept<FollowedScenes>().frame(ctx, id, std::move(motion)));
+                 ctx.app.kept<FollowedScenes>().frame(ctx, id, {}, std::move(motion)));
   RMP_TRY_ASSIGN(const scene::Built built, scene::built_of(*frame, 0));
   scene::SceneData data = scene::scene_data(built.scene, camera, ctx.app.kept<ShownMeshes>().keys,
                                             has(args, "known") ? text_of(args, "known") : "", kept);

@@ -75,15 +75,21 @@ Result<void> read_background(const Map& args, render::Look& look) {
   const Value* given = args.find("background");
   if (!given || given->is_nil()) return {};
   const std::string* word = given->as_string();
-  if (word && *word == "studio") look.background = Background::studio;
-  else if (word && *word == "transparent") look.background = Background::transparent;
-  else {
+  if (word && *word == "studio") {
+    look.background = Background::studio;
+  } else if (word && *word == "dark") {
+    look.background = Background::studio;
+    look.background_colour = {0, 0, 0, 1};
+  } else if (word && *word == "transparent") {
+    look.background = Background::transparent;
+  } else {
     look.background = Background::plain;
     if (word && *word == "white") return {};
     auto colour = read_colour(*given, "background");
     if (!colour.ok())
       return error(ErrorCode::invalid_argument, given->text() + " is not a background",
-                   "Give \"studio\", \"white\", \"transparent\" or a colour such as \"#e8eef4\".",
+                   "Give \"studio\", \"dark\", \"white\", \"transparent\" or a colour such as "
+                   "\"#e8eef4\".",
                    "background");
     look.background_colour = *colour;
   }
@@ -250,8 +256,9 @@ Schema picture_params(const PictureAbilities& can) {
                      "draft is simple lighting in a fraction of a second, normal has soft shadows, "
                      "high is for print."));
   s.push_back(choice("projection", {"perspective", "orthographic"}, "Projection of depth."));
-  s.push_back(between(defaulted("zoom", "real", "", 1.0, "1 fits everything into the picture."),
-                      0.01, 100));
+  s.push_back(
+      between(defaulted("zoom", "real", "", 1.0, "1 fits everything but floors into the picture."),
+              0.01, 100));
   s.push_back(optional("eye", "vec3", "m", "Position of the camera, instead of a view."));
   s.push_back(optional("target", "vec3", "m", "Point that the camera looks at, with eye."));
   s.push_back(defaulted("edges", "bool", "", true, "Dark lines along the edges."));
@@ -309,8 +316,8 @@ Schema picture_params(const PictureAbilities& can) {
                           "two bodies with its length."));
   }
   s.push_back(optional("background", "any", "",
-                       "studio, white, transparent or a colour; by default studio for shaded "
-                       "styles and white for drawings."));
+                       "studio, dark (a studio with dark floor and wall), white, transparent or a "
+                       "colour; by default studio for shaded styles and white for drawings."));
   s.push_back(defaulted("grid", "bool", "", true, "Lines on the floor of the studio."));
   s.push_back(defaulted("axes", "bool", "", true, "The axes on the floor and in the corner."));
   s.push_back(defaulted("caption", "string", "", "", "Small text in the lower left corner."));

@@ -23,9 +23,10 @@ Result<std::size_t> find_member(const CommandContext& ctx, WorldId world, docume
   AnyId record;
   if (const Handle* h = given.as_handle()) {
     RMP_TRY_ASSIGN(record, Application::record_id(ctx.snapshot(), *h));
-  } else if (const std::string* name = given.as_string()) {
-    if (const auto k = kind_from(kind))
-      if (const auto id = ctx.snapshot().find(*k, *name)) record = *id;
+  } else if (given.as_string()) {
+    if (const auto named = ctx.app.resolve(ctx.snapshot(), kind, given); named.ok()) {
+      RMP_TRY_ASSIGN(record, Application::record_id(ctx.snapshot(), *named));
+    }
   }
   std::optional<std::size_t> found;
   for (std::size_t i = 0; record && i < list.size(); ++i)

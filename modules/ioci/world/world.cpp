@@ -214,12 +214,13 @@ Result<Value> set_robot_q(CommandContext& ctx, const Map& args) {
                  ctx.app.derived.robot_model(ctx.snapshot(), robot, {0, 0, -9.81}, ctx.progress));
   const model::Robot& record = *ctx.snapshot().get(robot);
   RMP_TRY(one_of_joints_and_axes(ctx, args, robot, record));
-  const std::vector<double> shown =
-      w.robots[at].q.empty() ? robotics::home_joint_values(record) : w.robots[at].q;
+  const auto shown = [&] {
+    return w.robots[at].q.empty() ? robotics::home_joint_values(record) : w.robots[at].q;
+  };
   RMP_TRY_ASSIGN(const auto q, has(args, "axes")
-                                   ? read_axis_values(record, *args.find("axes"), shown, "axes")
+                                   ? read_axis_values(record, *args.find("axes"), shown(), "axes")
                                    : read_q(*args.find("q"), record, m->joints, "q"));
-  note_shown_joints(ctx, robot, q);
+  note_shown_joints(ctx, robot, *m, q);
   return change_world(ctx, args, [&](World& changed) -> Result<void> {
     changed.robots[at].q = q;
     return {};

@@ -118,21 +118,6 @@ class BrandSyntax : public Writer {
     return out;
   }
 
-  // ---- signals in expressions ----
-  bool reads_signals(std::uint32_t e) const {
-    std::vector<std::uint32_t> open{e};
-    while (!open.empty()) {
-      const std::uint32_t i = open.back();
-      open.pop_back();
-      if (i == RMP_NONE) continue;
-      const auto& x = expression(i);
-      if (x.op == RMP_EXPR_SYMBOL && x.symbol != RMP_NONE &&
-          (symbol(x.symbol).kind == RMP_SYMBOL_INPUT || symbol(x.symbol).kind == RMP_SYMBOL_OUTPUT))
-        return true;
-      for (const std::uint32_t o : links(x.first, x.count)) open.push_back(o);
-    }
-    return false;
-  }
   /// True if it depends on signals and constants only.
   bool is_of_signals_only(std::uint32_t e) const {
     std::vector<std::uint32_t> open{e};

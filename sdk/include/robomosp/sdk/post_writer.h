@@ -881,6 +881,22 @@ class Writer {
   /// no declaration.
   virtual bool keeps_as_point(const PostPoint&, const rmp_code_expression&) const { return true; }
 
+  /// Whether an expression reads an input or output.
+  [[nodiscard]] bool reads_signals(std::uint32_t first) const {
+    std::vector<std::uint32_t> open{first};
+    while (!open.empty()) {
+      const std::uint32_t e = open.back();
+      open.pop_back();
+      if (e == RMP_NONE) continue;
+      const auto& x = expression(e);
+      if (x.op == RMP_EXPR_SYMBOL && x.symbol != RMP_NONE &&
+          (symbol(x.symbol).kind == RMP_SYMBOL_INPUT || symbol(x.symbol).kind == RMP_SYMBOL_OUTPUT))
+        return true;
+      for (const std::uint32_t o : links(x.first, x.count)) open.push_back(o);
+    }
+    return false;
+  }
+
  private:
   void mark_block(std::uint32_t first) {
     std::vector<std::uint32_t> open{first};
@@ -967,21 +983,6 @@ class Writer {
     return it == of_symbol_.end() ? RMP_NONE : it->second;
   }
 
-  /// Whether an expression asks for a signal.
-  [[nodiscard]] bool asks_signals(std::uint32_t first) const {
-    std::vector<std::uint32_t> open{first};
-    while (!open.empty()) {
-      const std::uint32_t e = open.back();
-      open.pop_back();
-      if (e == RMP_NONE) continue;
-      const auto& x = expression(e);
-      if (x.op == RMP_EXPR_SYMBOL && x.symbol != RMP_NONE &&
-          (symbol(x.symbol).kind == RMP_SYMBOL_INPUT || symbol(x.symbol).kind == RMP_SYMBOL_OUTPUT))
-        return true;
-      for (const std::uint32_t o : links(x.first, x.count)) open.push_back(o);
-    }
-    return false;
-  }
   /// Whether what comes next is something that others see (an output, a wait, a text): motions end
   /// before it. Where the program's flow decides, it does not.
   [[nodiscard]] bool is_seen(std::uint32_t i, int depth = 0) const {
@@ -993,7 +994,7 @@ class Writer {
           if (place.op == RMP_EXPR_SYMBOL && place.symbol != RMP_NONE &&
               symbol(place.symbol).kind == RMP_SYMBOL_OUTPUT)
             return true;
-          if (asks_signals(s.b)) return true;
+          if (reads_signals(s.b)) return true;
           continue;
         }
         case RMP_STMT_CALL: {
@@ -1003,9 +1004,9 @@ class Writer {
             return false;
           return is_seen(routine(symbol(e.symbol).routine).body, depth + 1);
         }
-        case RMP_STMT_IF: return s.body != RMP_NONE && asks_signals(statement(s.body).a);
+        case RMP_STMT_IF: return s.body != RMP_NONE && reads_signals(statement(s.body).a);
         case RMP_STMT_CASE:
-        case RMP_STMT_WHILE: return asks_signals(s.a);
+        case RMP_STMT_WHILE: return reads_signals(s.a);
         case RMP_STMT_LABEL: continue;
         case RMP_STMT_WAIT_TIME:
         case RMP_STMT_WAIT_FOR:

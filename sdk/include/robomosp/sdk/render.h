@@ -161,7 +161,7 @@ struct Look {
   bool hidden_edges = false;  ///< Style::hidden_line: hidden edges dashed instead of left out
   std::optional<Section> section;
   Background background = Background::automatic;
-  Colour background_colour{1, 1, 1, 1};  ///< of Background::plain
+  Colour background_colour{1, 1, 1, 1};  ///< of Background::plain; a dark studio if that is dark
   bool grid = true;                      ///< lines on the floor
   bool world_axes = true;                ///< axes on the floor and in the corner
   std::string caption;                   ///< small text in the lower left corner; may be empty

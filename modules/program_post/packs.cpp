@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ioci/program/packs.h"
+#include "program_post/packs.h"
 
 #include <algorithm>
 #include <fstream>
@@ -7,16 +7,14 @@
 #include <set>
 #include <system_error>
 
-#include "ioci/core/room_parts.h"
 #include "kernel/messages.h"
 #include "kernel/registry.h"
 #include "kernel/text.h"
 
-namespace robomosp::ioci {
+namespace robomosp::program_post {
 namespace {
 
 namespace fs = std::filesystem;
-using program_post::PackFault;
 
 constexpr std::uint64_t kMostPack = std::uint64_t{4} << 20;
 constexpr std::size_t kMostSaid = 5;  ///< faults of a pack at the start
@@ -45,13 +43,13 @@ std::string brief(const fs::path& file) {
 
 }  // namespace
 
-Result<std::shared_ptr<const program_post::TemplatePack>> read_pack(
-    const fs::path& file, const ReadPack& read, std::vector<PackFault>* faults) {
+Result<std::shared_ptr<const TemplatePack>> read_pack(const fs::path& file, const ReadPack& read,
+                                                      std::vector<PackFault>* faults) {
   RMP_TRY_ASSIGN(const std::string text, read(file, kMostPack));
-  const program_post::PackFiles beside = [&](const std::string& name) {
+  const PackFiles beside = [&](const std::string& name) {
     return read(file.parent_path() / name, kMostPack);
   };
-  return program_post::read_templates(text, brief(file), beside, faults);
+  return read_templates(text, brief(file), beside, faults);
 }
 
 std::vector<PackFault> pack_faults(fs::path file) {
@@ -63,12 +61,11 @@ std::vector<PackFault> pack_faults(fs::path file) {
 }
 
 Result<std::string> add_pack(Registry& registry, const fs::path& file,
-                             std::shared_ptr<const program_post::TemplatePack> pack,
-                             bool replaces) {
+                             std::shared_ptr<const TemplatePack> pack, bool replaces) {
   ProviderInfo info;
   info.interface_id = Post::kInterfaceId;
-  info.name = program_post::pack_name(*pack);
-  info.summary = program_post::pack_title(*pack) + ", by templates.";
+  info.name = pack_name(*pack);
+  info.summary = pack_title(*pack) + ", by templates.";
   info.tags = {kByTemplates};
   info.origin = file.string();
   bool is_again = false;
@@ -83,8 +80,7 @@ Result<std::string> add_pack(Registry& registry, const fs::path& file,
                    "Give the pack another name.", brief(file));
   }
   RMP_TRY(registry.add(
-      info, [pack]() -> Result<void*> { return program_post::make_template_post(pack).release(); },
-      is_again));
+      info, [pack]() -> Result<void*> { return make_template_post(pack).release(); }, is_again));
   return info.name;
 }
 
@@ -147,13 +143,4 @@ void load_packs(Registry& registry, Messages& messages, std::span<const fs::path
   }
 }
 
-namespace {
-
-const RoomFile kPacksPart({.plugins_loaded = [](Application& app,
-                                                std::span<const std::filesystem::path> folders) {
-  load_packs(app.registry, app.messages, folders);
-}});
-
-}  // namespace
-
-}  // namespace robomosp::ioci
+}  // namespace robomosp::program_post

@@ -1,0 +1,868 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Drives the timeline of the window with mouse and keys, under Xvfb and without a display: bands,
+// plots, variables, comparison, export, recordings that are out of date, live runs.
+#include "viewer/timeline/timeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <QApplication>
+#include <QElapsedTimer>
+#include <QFile>
+#include <QImage>
+#include <QLabel>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QMenu>
+#include <QMouseEvent>
+#include <QPushButton>
+#include <QScrollArea>
+#include <QTemporaryDir>
+#include <QTest>
+#include <QToolButton>
+#include <QWheelEvent>
+
+#include <gtest/gtest.h>
+
+#include "ioci/client/window_program.h"
+#include "viewer/desktop/console.h"
+#include "viewer/desktop/main_window.h"
+#include "viewer/desktop/messages.h"
+#include "viewer/desktop/settings.h"
+#include "viewer/desktop/values.h"
+#include "viewer/desktop/view_tab.h"
+#include "viewer/forms/command_form.h"
+#include "viewer/forms/command_palette.h"
+#include "viewer/forms/properties_panel.h"
+#include "viewer/forms/schema_form.h"
+#include "viewer/theme/theme.h"
+#include "viewer/timeline/variables.h"
+#include "viewer/widgets/number_field.h"
+
+namespace robomosp::viewer {
+namespace {
+
+constexpr int kPatienceMs = 60000;
+
+/// Processor time of this thread [ms]: other programs must not count.
+double spent_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+TEST(Series, IsDrawnWithAFewPointsForEachPixel) {
+  constexpr std::size_t kCount = 1'000'000;
+  auto times = std::make_shared<Numbers64>(kCount);
+  Numbers64 values(kCount);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    (*times)[i] = 1e-3 * static_cast<double>(i);
+    values[i] = std::sin(0.01 * static_cast<double>(i));
+  }
+  values[654'321] = 7;
+  values[123'456] = std::nan("");
+  const double start = spent_ms();
+  const Series series(times, values);
+  const double build_ms = spent_ms() - start;
+  const double line_start = spent_ms();
+  const Series::Line line = series.line(0, 1000, 1000);
+  const double line_ms = spent_ms() - line_start;
+  RecordProperty("build_ms", std::to_string(build_ms));
+  RecordProperty("line_ms", std::to_string(line_ms));
+  std::printf("a million samples: blocks take %.1f ms, a line %.2f ms\n", build_ms, line_ms);
+  EXPECT_LE(line.x.size(), 2100u);
+  EXPECT_LT(line_ms, 50);
+  // The one sample that stands out is drawn, where it is.
+  const auto peak = std::max_element(line.y.begin(), line.y.end());
+  ASSERT_NE(peak, line.y.end());
+  EXPECT_DOUBLE_EQ(*peak, 7);
+  EXPECT_NEAR(line.x[static_cast<std::size_t>(peak - line.y.begin())], 654.321, 1);
+  EXPECT_DOUBLE_EQ(series.extremes()->second, 7);
+  EXPECT_FALSE(series.at(123.456).has_value());
+  EXPECT_FALSE(series.at(-1).has_value());
+  EXPECT_NEAR(*series.at(0.0005), std::sin(0.01) / 2, 1e-12);
+  // A short range is drawn sample by sample.
+  const Series::Line part = series.line(10, 10.5, 1000);
+  EXPECT_EQ(part.x.size(), 503u);
+}
+
+TEST(Series, GrowsAndIsCutAsIfItWereMadeAnew) {
+  auto times = std::make_shared<Numbers64>();
+  Series grown(times, {});
+  Numbers64 all;
+  unsigned seed = 7;
+  for (int step = 0; step < 200; ++step) {
+    const std::size_t count = seed % 37;
+    Numbers64 more;
+    for (std::size_t i = 0; i < count; ++i) {
+      seed = seed * 1103515245u + 12345u;
+      more.push_back(static_cast<double>(seed % 1000) - 500);
+      times->push_back(static_cast<double>(times->size()));
+    }
+    grown.append(more.data(), more.size());
+    all.insert(all.end(), more.begin(), more.end());
+    seed = seed * 1103515245u + 12345u;
+    if (step % 11 == 10) {
+      const std::size_t rows = all.size() - std::min<std::size_t>(all.size(), seed % 60);
+      all.resize(rows);
+      times->resize(rows);
+      grown.cut(rows);
+    }
+    const Series fresh(std::make_shared<const Numbers64>(*times), all);
+    ASSERT_EQ(grown.size(), fresh.size());
+    ASSERT_EQ(grown.extremes(), fresh.extremes()) << "step " << step;
+    if (all.size() < 2) continue;
+    const auto a = grown.line(0, times->back(), 20), b = fresh.line(0, times->back(), 20);
+    ASSERT_EQ(a.y, b.y) << "step " << step;
+  }
+}
+
+TEST(TimeAxis, StaysWithinItsRange) {
+  TimeAxis axis;
+  axis.set_place(100, 1100, 0);
+  axis.set_range(0, 10);
+  axis.zoom(0.5, 2);
+  EXPECT_DOUBLE_EQ(axis.high() - axis.low(), 5);
+  EXPECT_DOUBLE_EQ(axis.x_of(axis.time_at(600)), 600);
+  axis.pan(-100);
+  EXPECT_DOUBLE_EQ(axis.low(), 0);
+  axis.pan(1e9);
+  EXPECT_DOUBLE_EQ(axis.high(), 10);
+  axis.zoom(1e-30, 9);
+  EXPECT_GT(axis.high(), axis.low());
+  axis.zoom(std::nan(""), 9);
+  axis.set_range(0, 0);
+  EXPECT_TRUE(axis.is_empty());
+  axis.set_range(0, std::nan(""));
+  EXPECT_TRUE(axis.is_empty());
+}
+
+class TimelineTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    ioci::WindowProgramOptions options;
+    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
+    options.library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
+    options.keeps_unsaved = false;
+    auto made = ioci::start_window_program(std::move(options));
+    ASSERT_TRUE(made.ok()) << made.error().sentence();
+    holder() = std::move(*made);
+  }
+  static void TearDownTestSuite() { holder().reset(); }
+
+  void SetUp() override {
+    holder()->document.clear();
+    auto desk = Desk::open(*holder(), {});
+    ASSERT_TRUE(desk.ok()) << desk.error().sentence();
+    desk_ = std::move(*desk);
+    // Most tests need no stills, which take long on software OpenGL.
+    Settings(folder_.filePath("desktop.ini")).set_fine_pictures(false);
+    window_ = std::make_unique<MainWindow>(
+        *desk_, MainWindow::Options{folder_.filePath("desktop.ini"), false});
+    window_->resize(1600, 1000);
+    window_->show();
+    QApplication::setActiveWindow(window_.get());
+    window_->set_workspace(Workspace::motion);
+    settle();
+  }
+  void TearDown() override {
+    if (window_) window_->close_now();
+    window_.reset();
+    desk_.reset();
+  }
+  bool until(const std::function<bool()>& is_so) { return QTest::qWaitFor(is_so, kPatienceMs); }
+  void settle() {
+    int settled = 0;
+    EXPECT_TRUE(until([&] {
+      settled = window_->is_settled() ? settled + 1 : 0;
+      return settled > 3;
+    })) << "the window does not come to rest";
+  }
+  Value called(const std::string& command, Map args) {
+    const auto answer = desk_->ask(command, std::move(args), {});
+    EXPECT_TRUE(until([&] { return answer.result() != nullptr; })) << command;
+    const Result<Value>* r = answer.result();
+    EXPECT_TRUE(r && r->ok()) << command << ": " << (r && !r->ok() ? r->error().sentence() : "");
+    return r && r->ok() ? **r : Value();
+  }
+  Handle made(const std::string& command, Map args) {
+    const Value v = called(command, std::move(args));
+    EXPECT_NE(v.as_handle(), nullptr) << command;
+    return v.as_handle() ? *v.as_handle() : Handle{};
+  }
+  /// The PA-10 on its circle with torques, shown and at rest.
+  Handle shown_run() {
+    ioci::OpenRequest request;
+    request.what = "pa10_circle";
+    window_->open(std::move(request), false);
+    EXPECT_TRUE(until([&] { return window_->current_view() != nullptr; }));
+    settle();
+    world_ = window_->current_view()->what();
+    const Handle run =
+        made("world.inverse_dynamics",
+             {{"id", world_}, {"robot", "pa10"}, {"trajectory", "circle"}, {"sample_time", 0.1}});
+    show(run);
+    return run;
+  }
+  void show(const Handle& recording) {
+    window_->timeline().on_open(recording);
+    EXPECT_TRUE(until([&] {
+      RecordingData* data = window_->timeline().data();
+      return data && data->source() == recording && data->range() && !lanes().lanes().empty() &&
+             !lanes().lanes()[0].curves.empty() && lanes().lanes()[0].curves[0].series;
+    }));
+    settle();
+  }
+  std::size_t band(const std::string& name) {
+    const auto& all = bands().bands();
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i].name == name) return i;
+    ADD_FAILURE() << "no band " << name;
+    return 0;
+  }
+  void photograph(const char* name) {
+    if (const char* folder = std::getenv("ROBOMOSP_PHOTOS"))
+      window_->grab().save(QString(folder) + "/" + name + ".png");
+  }
+  /// Texts of all labels of the form, for what went wrong.
+  std::string faults_of_form() {
+    std::string out;
+    for (const QLabel* each : window_->palette().form()->findChildren<QLabel*>())
+      if (each->isVisibleTo(&window_->palette())) out += "\n" + utf8(each->text());
+    return out;
+  }
+  Timeline& timeline() { return window_->timeline(); }
+  PlotLanes& lanes() { return timeline().lanes(); }
+  BandsView& bands() { return timeline().bands(); }
+  Player& player() { return window_->current_view()->player(); }
+  template <class W = QWidget>
+  W* widget(const char* name) {
+    W* found = window_->findChild<W*>(name);
+    EXPECT_NE(found, nullptr) << name;
+    return found;
+  }
+
+  static std::unique_ptr<ioci::Application>& holder() {
+    static std::unique_ptr<ioci::Application> app;
+    return app;
+  }
+  QTemporaryDir folder_;
+  std::unique_ptr<Desk> desk_;
+  std::unique_ptr<MainWindow> window_;
+  Handle world_;
+};
+
+TEST_F(TimelineTest, PlotsTorquesAndSpeedsWithTheirValuesUnderTheCursor) {
+  const Handle run = shown_run();
+  ASSERT_EQ(lanes().lanes().size(), 2u);
+  EXPECT_EQ(lanes().lanes()[0].title, "Torque [N m]");
+  EXPECT_EQ(lanes().lanes()[1].title, "Velocity [°/s]");
+  ASSERT_EQ(lanes().lanes()[0].curves.size(), 7u);
+  const Value torques = called("recording.values", {{"id", run}, {"columns", "tau2"}});
+  const Value times = called("recording.values", {{"id", run}, {"columns", "time"}});
+  const double t = (*times.as_array())[17], tau = (*torques.as_array())[17];
+  player().set_time(t);
+  EXPECT_EQ(lanes().value_text(0, 1), fixed_number(tau, 1));
+  EXPECT_LT(tau, 0);
+  EXPECT_TRUE(lanes().value_text(0, 1).startsWith(QChar(0x2212)));
+  photograph("timeline_plots");
+
+  // A click on a plot moves the time; the wheel zooms all lanes about the cursor.
+  const double middle = 0.5 * (player().from() + player().to());
+  const QPoint at(static_cast<int>(timeline().axis().x_of(middle)), lanes().height() / 4);
+  QTest::mouseClick(&lanes(), Qt::LeftButton, {}, at);
+  EXPECT_NEAR(player().time(), middle, 0.01 * player().to());
+  QWheelEvent turn(QPointF(at), QPointF(lanes().mapToGlobal(at)), {}, QPoint(0, 480), Qt::NoButton,
+                   Qt::NoModifier, Qt::NoScrollPhase, false);
+  QApplication::sendEvent(&lanes(), &turn);
+  EXPECT_TRUE(timeline().axis().is_zoomed());
+  EXPECT_NEAR(timeline().axis().x_of(middle), at.x(), 1.5);
+  settle();
+  const double low = timeline().axis().low();
+  QTest::mousePress(&lanes(), Qt::LeftButton, {}, at);
+  QTest::mouseMove(&lanes(), at + QPoint(20, 0));
+  QTest::mouseMove(&lanes(), at + QPoint(60, 0));
+  QTest::mouseRelease(&lanes(), Qt::LeftButton, {}, at + QPoint(60, 0));
+  EXPECT_LT(timeline().axis().low(), low);
+  QTest::keyClick(&lanes(), Qt::Key_Home);
+  EXPECT_FALSE(timeline().axis().is_zoomed());
+}
+
+TEST_F(TimelineTest, AClickOnASegmentSelectsIt) {
+  shown_run();
+  const std::size_t segments = band("segments");
+  ASSERT_EQ(bands().bands()[segments].spans.size(), 1u);
+  QTest::mouseClick(&bands(), Qt::LeftButton, {}, bands().span_rect(segments, 0).center());
+  ASSERT_EQ(desk_->selection().size(), 1u);
+  EXPECT_EQ(desk_->selection()[0].record.kind, "trajectory");
+  EXPECT_EQ(desk_->selection()[0].path, "segments.1");
+}
+
+TEST_F(TimelineTest, WhatWasNotLookedAtIsSaidAndTheClearanceIsComputedByAClick) {
+  const Handle run = shown_run();
+  const std::size_t clearance = band("clearance");
+  EXPECT_FALSE(bands().bands()[clearance].is_known);
+  EXPECT_EQ(bands().bands()[clearance].why, "no clearance was recorded");
+  EXPECT_FALSE(bands().bands()[band("torque")].is_known);
+  EXPECT_TRUE(bands().bands()[band("faults")].note.contains("Clearance"));
+  photograph("timeline_unknown");
+  QTest::mouseClick(&bands(), Qt::LeftButton, {},
+                    bands().band_rect(clearance).center() + QPoint(20, 0));
+  ASSERT_TRUE(until([&] {
+    return band("clearance") < bands().bands().size() &&
+           bands().bands()[band("clearance")].is_known;
+  }));
+  settle();
+  EXPECT_EQ(called("recording.values", {{"id", run}, {"columns", "clearance"}}).as_array()->size(),
+            called("recording.values", {{"id", run}, {"columns", "time"}}).as_array()->size());
+}
+
+TEST_F(TimelineTest, LimitsThatAreExceededAreFaultsThatLeadToTheirRobot) {
+  const Handle run = shown_run();
+  (void)run;
+  // Slow down joint 2 until the motion is too fast for it.
+  const Handle robot = *called("robot.get", {{"name", "pa10"}}).as_handle();
+  called("robot.set_link", {{"id", robot}, {"link", 2}, {"max_velocity", 0.01}});
+  const Handle slow =
+      made("world.inverse_dynamics",
+           {{"id", world_}, {"robot", "pa10"}, {"trajectory", "circle"}, {"sample_time", 0.1}});
+  show(slow);
+  const std::size_t faults = band("faults");
+  ASSERT_FALSE(bands().bands()[faults].spans.empty());
+  const BandSpan first = bands().bands()[faults].spans[0];
+  EXPECT_EQ(first.level, "fault");
+  EXPECT_TRUE(first.text.startsWith("qd2 uses ")) << first.text.toStdString();
+  photograph("timeline_faults");
+  QTest::mouseClick(&bands(), Qt::LeftButton, {}, bands().span_rect(faults, 0).center());
+  EXPECT_DOUBLE_EQ(player().time(), first.at);
+  ASSERT_TRUE(until([&] { return desk_->selection().size() == 1; }));
+  ASSERT_TRUE(until([&] { return desk_->selection()[0].path == "robots.pa10"; }));
+}
+
+TEST_F(TimelineTest, VariablesAreSearchedPlottedComputedAndKept) {
+  shown_run();
+  QTest::mouseClick(widget<QToolButton>("timeline_variable"), Qt::LeftButton);
+  VariablePicker& picker = timeline().picker();
+  ASSERT_TRUE(picker.isVisible());
+  QTest::keyClicks(&picker.search(), "tool position world");
+  ASSERT_EQ(picker.list().count(), 3);
+  QTest::keyClick(&picker.search(), Qt::Key_Return);
+  ASSERT_TRUE(until([&] { return lanes().lanes().size() == 3; }));
+  settle();
+  EXPECT_EQ(lanes().lanes()[2].title, "x [mm]");
+
+  QTest::mouseClick(widget<QToolButton>("timeline_variable"), Qt::LeftButton);
+  auto* expression = picker.findChild<QLineEdit*>("variable_expression");
+  QTest::keyClicks(expression, "tau1*nothing");
+  QTest::keyClick(expression, Qt::Key_Return);
+  auto* fault = picker.findChild<QLabel*>("variable_fault");
+  ASSERT_TRUE(until([&] { return !fault->text().isEmpty(); }));
+  EXPECT_TRUE(picker.isVisible());
+  expression->clear();
+  QTest::keyClicks(expression, "tau1*qd1");
+  QTest::keyClicks(picker.findChild<QLineEdit*>("variable_name"), "power1");
+  QTest::keyClicks(picker.findChild<QLineEdit*>("variable_unit"), "W");
+  QTest::keyClick(expression, Qt::Key_Return);
+  ASSERT_TRUE(until([&] {
+    return lanes().lanes().size() == 4 && lanes().lanes()[3].title == "power1 [W]" &&
+           lanes().lanes()[3].curves.size() == 1 && lanes().lanes()[3].curves[0].series;
+  }));
+  settle();
+  const double t = timeline().data()->series("tau1")->times()->at(188);
+  player().set_time(t);
+  const auto tau = timeline().data()->series("tau1")->at(t),
+             qd = timeline().data()->series("qd1")->at(t);
+  const auto power = lanes().lanes()[3].curves[0].series->at(t);
+  ASSERT_TRUE(tau && qd && power);
+  EXPECT_NEAR(*power, *tau * *qd, 1e-9);
+  photograph("timeline_variables");
+
+  // Lanes are moved, split and removed by keys, and kept for the next recording of this kind.
+  lanes().setFocus();
+  QTest::keyClick(&lanes(), Qt::Key_Up);
+  while (lanes().current_lane() > 0) QTest::keyClick(&lanes(), Qt::Key_Up);
+  QTest::keyClick(&lanes(), Qt::Key_Down, Qt::ControlModifier);
+  ASSERT_TRUE(until([&] { return lanes().lanes()[1].title == "Torque [N m]"; }));
+  QTest::keyClick(&lanes(), Qt::Key_Up);
+  QTest::keyClick(&lanes(), Qt::Key_Delete);
+  ASSERT_TRUE(until([&] { return lanes().lanes().size() == 3; }));
+  EXPECT_EQ(lanes().lanes()[0].title, "Torque [N m]");
+  timeline().split_lane(0);
+  ASSERT_TRUE(until([&] { return lanes().lanes().size() == 9; }));
+  const Handle again =
+      made("world.inverse_dynamics",
+           {{"id", world_}, {"robot", "pa10"}, {"trajectory", "circle"}, {"sample_time", 0.2}});
+  show(again);
+  EXPECT_EQ(lanes().lanes().size(), 8u) << "all but the computed column";
+}
+
+TEST_F(TimelineTest, RecordingsOfOtherLengthsAndRatesAreCompared) {
+  const Handle run = shown_run();
+  const Handle robot = *called("robot.get", {{"name", "pa10"}}).as_handle();
+  called("robot.set_payload", {{"id", robot}, {"mass", 2.0}});
+  const Handle other =
+      made("world.inverse_dynamics",
+           {{"id", world_}, {"robot", "pa10"}, {"trajectory", "circle"}, {"sample_time", 0.37}});
+  const Handle part = made("recording.part", {{"id", other}, {"from", 0.0}, {"to", 30.0}});
+  timeline().compare(part, true);
+  ASSERT_TRUE(until([&] {
+    return lanes().lanes()[0].curves.size() == 14 && lanes().lanes()[0].curves[13].series;
+  }));
+  settle();
+  player().set_time(10);
+  const auto mine = lanes().lanes()[0].curves[1].series->at(10),
+             theirs = lanes().lanes()[0].curves[8].series->at(10);
+  ASSERT_TRUE(mine && theirs);
+  EXPECT_GT(std::fabs(*theirs - *mine), 1);
+  const auto [low, high] = *lanes().lanes()[0].curves[8].series->extremes();
+  const int decimals = decimals_for(std::max(std::fabs(low), std::fabs(high)));
+  EXPECT_TRUE(lanes().value_text(0, 8).endsWith(fixed_number(*theirs - *mine, decimals)))
+      << lanes().value_text(0, 8).toStdString();
+  photograph("timeline_compare");
+  player().set_time(45);
+  EXPECT_EQ(lanes().value_text(0, 8), "–") << "the other recording has ended";
+  called("recording.remove", {{"id", part}});
+  settle();
+  timeline().compare(part, false);
+  ASSERT_TRUE(until([&] { return lanes().lanes()[0].curves.size() == 7; }));
+  EXPECT_EQ(timeline().data()->source(), run);
+}
+
+TEST_F(TimelineTest, WhatIsShownIsWrittenByACommand) {
+  shown_run();
+  std::vector<std::string> lines;
+  desk_->acted.add(window_.get(), [&](const std::string& line) { lines.push_back(line); });
+  const QString table = folder_.filePath("shown.csv"), drawing = folder_.filePath("shown.svg");
+  timeline().write_file(table);
+  timeline().write_file(drawing);
+  ASSERT_TRUE(until([&] { return QFile::exists(table) && QFile::exists(drawing); }));
+  settle();
+  QFile file(table);
+  ASSERT_TRUE(file.open(QIODevice::ReadOnly));
+  const QString head = QString::fromUtf8(file.readLine());
+  EXPECT_TRUE(head.startsWith("time [s],tau1 [N m]")) << head.toStdString();
+  EXPECT_EQ(head.count(','), 14);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_NE((lines[0] + lines[1]).find("recording.csv{"), std::string::npos);
+  EXPECT_NE((lines[0] + lines[1]).find("recording.plot{"), std::string::npos);
+}
+
+TEST_F(TimelineTest, ARecordingThatIsOutOfDateSaysSoAndRunsAgainByAClick) {
+  const Handle run = shown_run();
+  EXPECT_FALSE(widget("timeline_notice")->isVisible());
+  const NumericArray before =
+      *called("recording.values", {{"id", run}, {"columns", "tau"}}).as_array();
+  const Handle robot = *called("robot.get", {{"name", "pa10"}}).as_handle();
+  called("robot.set_payload", {{"id", robot}, {"mass", 3.0}});
+  ASSERT_TRUE(until([&] { return widget("timeline_notice")->isVisible(); }));
+  EXPECT_TRUE(lanes().is_dimmed());
+  EXPECT_TRUE(widget<QLabel>("timeline_notice_text")->text().startsWith("Out of date: "));
+  photograph("timeline_stale");
+  QTest::mouseClick(widget<QPushButton>("timeline_refresh"), Qt::LeftButton);
+  ASSERT_TRUE(until([&] { return !widget("timeline_notice")->isVisible(); }));
+  settle();
+  EXPECT_FALSE(lanes().is_dimmed());
+  const NumericArray after =
+      *called("recording.values", {{"id", run}, {"columns", "tau"}}).as_array();
+  EXPECT_FALSE(before == after);
+  player().set_time(20);
+  const auto shown = lanes().lanes()[0].curves[1].series->at(20);
+  ASSERT_TRUE(shown);
+  EXPECT_NEAR(*shown, after.at(200, 1), 1e-6 + 0.01 * std::fabs(*shown));
+  called("document.undo", {});
+  ASSERT_TRUE(until([&] { return widget("timeline_notice")->isVisible(); }));
+  timeline().refresh_recording();
+  ASSERT_TRUE(until([&] { return !widget("timeline_notice")->isVisible(); }));
+  settle();
+  EXPECT_TRUE(before == *called("recording.values", {{"id", run}, {"columns", "tau"}}).as_array());
+}
+
+TEST_F(TimelineTest, ARecordingThatIsRemovedSaysSo) {
+  const Handle run = shown_run();
+  called("recording.remove", {{"id", run}});
+  ASSERT_TRUE(until([&] { return widget("timeline_notice")->isVisible(); }));
+  EXPECT_EQ(widget<QLabel>("timeline_notice_text")->text(), "The recording was removed.");
+  player().set_time(5);
+  settle();
+}
+
+TEST_F(TimelineTest, ALiveRunPlaysGrowsAndIsScrubbedBackwards) {
+  const Handle wood = made("material.create", {{"name", "wood"}, {"density", 600}});
+  (void)wood;
+  const Handle floor =
+      made("solid.create",
+           {{"name", "floor"}, {"root", Map{{"kind", "box"}, {"x", 2}, {"y", 2}, {"z", 0.1}}}});
+  const Handle box =
+      made("solid.create", {{"name", "box"},
+                            {"material", "wood"},
+                            {"root", Map{{"kind", "box"}, {"x", 0.1}, {"y", 0.1}, {"z", 0.1}}}});
+  world_ = made("world.create", {{"name", "cell"}});
+  called("world.add_object", {{"id", world_}, {"what", floor}, {"position", List{0.0, 0.0, -0.1}}});
+  called("world.add_object", {{"id", world_}, {"what", box}, {"position", List{0.0, 0.0, 0.5}}});
+  ASSERT_NE(window_->open_view(world_, "cell"), nullptr);
+  settle();
+  const Value started = called(
+      "world.start_run", {{"id", world_}, {"of", "physics"}, {"with", Map{{"duration", 3.0}}}});
+  ASSERT_NE(started.as_handle(), nullptr);
+  const Handle run = *started.as_handle();
+  timeline().on_open(run);
+  ASSERT_TRUE(until([&] { return player().is_run() && !lanes().lanes().empty(); }));
+  window_->actions().find("play")->trigger();
+  ASSERT_TRUE(until([&] { return player().is_playing(); }));
+  ASSERT_TRUE(until([&] { return player().to() > 0.3; }));
+  ASSERT_TRUE(until([&] {
+    const auto& lane = lanes().lanes()[0];
+    return !lane.curves.empty() && lane.curves[0].series && lane.curves[0].series->size() > 20;
+  }));
+  window_->actions().find("play")->trigger();
+  ASSERT_TRUE(until([&] { return !player().is_playing(); }));
+  settle();
+  photograph("timeline_run");
+  EXPECT_TRUE(until([&] {
+    return number_at(map_of(called("run.state", {{"id", run}})), "time") == player().time();
+  }));
+  // Back to an earlier row: the scene and the state go there.
+  player().set_time(0.1);
+  ASSERT_TRUE(until([&] {
+    return std::fabs(number_at(map_of(called("run.state", {{"id", run}})), "time") - 0.1) < 1e-9;
+  }));
+  window_->actions().find("step_forward")->trigger();
+  ASSERT_TRUE(until([&] { return player().time() > 0.1; }));
+  EXPECT_LT(player().time(), 0.2);
+  // While the step runs, the entry would pause it; its last state may come late on a busy machine.
+  const auto run_rests = [&] {
+    return *map_of(called("run.state", {{"id", run}})).find("is_playing") == Value(false);
+  };
+  ASSERT_TRUE(until([&] { return run_rests() && !player().is_playing(); }));
+  settle();
+  player().set_speed(-1);
+  const auto is_at_start = [&] { return player().time() <= 1e-9; };
+  window_->actions().find("play")->trigger();
+  if (!QTest::qWaitFor(is_at_start, 10'000)) window_->actions().find("play")->trigger();
+  ASSERT_TRUE(until(is_at_start));
+  QTest::mouseClick(widget<QToolButton>("timeline_stop"), Qt::LeftButton);
+  settle();
+  called("run.remove", {{"id", run}});
+  settle();
+}
+
+TEST_F(TimelineTest, AFilmOfWhatMovesTheViewIsWrittenByItsForm) {
+  const Handle run = shown_run();
+  player().set_time(1);
+  window_->actions().find("film")->trigger();
+  CommandForm& form = *window_->palette().form();
+  ASSERT_TRUE(until([&] { return form.command() == "recording.video" && form.form(); }));
+  settle();
+  photograph("film_form");
+  Map values = form.values();
+  EXPECT_EQ(handle_at(values, "id"), run);
+  EXPECT_EQ(text_at(values, "world"), "pa10_circle");
+  EXPECT_EQ(text_at(values, "file"), "pa10_circle.mp4");
+  EXPECT_DOUBLE_EQ(number_at(values, "to"), player().to());
+  const Vec3 eye = window_->current_view()->display().camera().eye();
+  const Value* given = values.find("eye");
+  ASSERT_NE(given, nullptr);
+  EXPECT_NE(given->text().find(Value(eye[0]).text().substr(0, 4)), std::string::npos)
+      << given->text();
+  const std::string file = folder_.filePath("film.gif").toStdString();
+  values.set("file", file);
+  values.set("size", List{96, 64});
+  values.set("fps", 5);
+  values.set("from", 0.5);
+  values.set("to", 1.5);
+  form.fill(values);
+  form.run(true);
+  ASSERT_TRUE(until([&] { return !form.is_running(); }));
+  EXPECT_TRUE(QFile::exists(shown(file))) << form.outcome().toStdString() << faults_of_form();
+  QFile film(shown(file));
+  ASSERT_TRUE(film.open(QFile::ReadOnly));
+  EXPECT_EQ(film.read(6), "GIF89a");
+}
+
+TEST_F(TimelineTest, AFilmOfNothingSaysSo) {
+  std::vector<std::string> failures;
+  QObject listener;
+  desk_->failed.add(&listener, [&](const Error& e) { failures.push_back(e.sentence()); });
+  window_->actions().find("film")->trigger();
+  ASSERT_EQ(failures.size(), 1u);
+  EXPECT_NE(failures[0].find("no recording or live run moves the current view"), std::string::npos);
+}
+
+TEST_F(TimelineTest, AFilmAndAPictureOfALiveRunAreOfItsRowsSoFar) {
+  shown_run();
+  const Handle run =
+      made("world.start_run", {{"id", world_},
+                               {"of", "inverse_kinematics"},
+                               {"with", Map{{"robot", "pa10"}, {"trajectory", "circle"}}}});
+  timeline().on_open(run);
+  ASSERT_TRUE(until([&] { return player().is_run(); }));
+  called("run.seek", {{"id", run}, {"time", 1.0}});
+  ASSERT_TRUE(until([&] { return player().time() == 1.0; }));
+  window_->actions().find("film")->trigger();
+  CommandForm& form = *window_->palette().form();
+  ASSERT_TRUE(until([&] { return form.command() == "recording.video" && form.form(); }));
+  const auto filmed = handle_at(form.values(), "id");
+  ASSERT_TRUE(filmed && filmed->kind == "recording");
+  EXPECT_NEAR(number_at(form.values(), "to"), 1.0, 1e-9);
+  window_->actions().find("save_picture")->trigger();
+  ASSERT_TRUE(until([&] { return form.command() == "world.render" && form.form(); }));
+  settle();
+  photograph("picture_form");
+  Map values = form.values();
+  EXPECT_DOUBLE_EQ(number_at(values, "at"), 1.0);
+  ASSERT_TRUE(handle_at(values, "recording"));
+  const std::string file = folder_.filePath("picture.png").toStdString();
+  values.set("file", file);
+  values.set("size", List{160, 120});
+  values.set("quality", "draft");
+  form.fill(values);
+  form.run();
+  ASSERT_TRUE(until([&] { return !form.is_running(); }));
+  const QImage image(shown(file));
+  EXPECT_EQ(image.size(), QSize(160, 120)) << form.outcome().toStdString() << faults_of_form();
+  // The next picture is of the document: nothing of the recording is left in the form.
+  window_->current_view()->rest();
+  settle();
+  window_->actions().find("save_picture")->trigger();
+  ASSERT_TRUE(until([&] {
+    const Value* recording = form.values().find("recording");
+    return !recording || recording->is_nil();
+  }));
+  called("run.remove", {{"id", run}});
+  settle();
+}
+
+TEST_F(TimelineTest, ALiveRunContinuesFromTheTimeShownAndRestartsByTheMenu) {
+  made("material.create", {{"name", "wood"}, {"density", 600}});
+  const Handle box =
+      made("solid.create", {{"name", "box"},
+                            {"material", "wood"},
+                            {"root", Map{{"kind", "box"}, {"x", 0.1}, {"y", 0.1}, {"z", 0.1}}}});
+  world_ = made("world.create", {{"name", "cell"}});
+  called("world.add_object", {{"id", world_}, {"what", box}, {"position", List{0.0, 0.0, 0.5}}});
+  ASSERT_NE(window_->open_view(world_, "cell"), nullptr);
+  settle();
+  const Handle run = made("world.start_run",
+                          {{"id", world_}, {"of", "physics"}, {"with", Map{{"duration", 3.0}}}});
+  timeline().on_open(run);
+  ASSERT_TRUE(until([&] { return player().is_run(); }));
+  called("run.seek", {{"id", run}, {"time", 0.5}});
+  called("run.seek", {{"id", run}, {"time", 0.2}});
+  const auto rows = [&] { return whole_at(map_of(called("run.state", {{"id", run}})), "rows"); };
+  ASSERT_EQ(rows(), 51);
+  const auto choose = [&](const char* name) {
+    QMenu* menu = widget<QMenu>("timeline_menu");
+    Q_EMIT menu->aboutToShow();
+    QAction* entry = menu->findChild<QAction*>(name);
+    ASSERT_NE(entry, nullptr) << name;
+    entry->trigger();
+  };
+  choose("run_refresh");
+  EXPECT_TRUE(until([&] { return rows() == 21; }));
+  choose("run_reset");
+  EXPECT_TRUE(until([&] { return rows() == 1; }));
+  called("run.remove", {{"id", run}});
+  settle();
+}
+
+TEST_F(TimelineTest, DraggingABoreMovesTheTorquesAndUndoTakesThemBackBitForBit) {
+  const Handle steel = made("material.create", {{"name", "heavy"}, {"density", 7850}});
+  const Handle plate =
+      made("solid.create",
+           {{"name", "plate"},
+            {"material", steel},
+            {"root",
+             Map{{"kind", "difference"},
+                 {"name", "body"},
+                 {"children",
+                  List{Map{{"kind", "box"}, {"name", "block"}, {"x", 0.2}, {"y", 0.2}, {"z", 0.05}},
+                       Map{{"kind", "cylinder"},
+                           {"name", "bore"},
+                           {"radius", 0.02},
+                           {"height", 0.06},
+                           {"position", List{0.0, 0.0, -0.005}}}}}}}});
+  const Handle arm =
+      made("robot.create", {{"name", "pendulum"},
+                            {"convention", "dh"},
+                            {"mass_source", "designed"},
+                            {"base", List{0.0, 0.0, 0.0, 1.5707963267948966, 0.0, 0.0}},
+                            {"links", List{Map{{"name", "swing"},
+                                               {"joint", "revolute"},
+                                               {"a", 0.5},
+                                               {"parts", List{Map{{"what", plate}}}}}}}});
+  const Handle path =
+      made("trajectory.create",
+           {{"name", "turn"},
+            {"sample_time", 0.01},
+            {"segments", List{Map{{"shape", "ptp"}, {"joints", List{List{0.0}, List{1.0}}}}}}});
+  world_ = made("world.create", {{"name", "cell"}});
+  called("world.add_robot", {{"id", world_}, {"robot", arm}});
+  called("world.add_trajectory", {{"id", world_}, {"trajectory", path}});
+  ASSERT_NE(window_->open_view(world_, "cell"), nullptr);
+  settle();
+  const Handle run = made("world.inverse_dynamics",
+                          {{"id", world_}, {"robot", "pendulum"}, {"trajectory", "turn"}});
+  show(run);
+  timeline().set_following(true);
+  const auto torques = [&] {
+    return *called("recording.values", {{"id", run}, {"columns", "tau1"}}).as_array();
+  };
+  const NumericArray before = torques();
+  const double mass_before = number_at(map_of(called("solid.mass", {{"id", plate}})), "mass");
+
+  desk_->select({{plate, "nodes.bore"}});
+  NumberField* radius = nullptr;
+  ASSERT_TRUE(until([&] {
+    SchemaForm* form = window_->properties().form();
+    radius = form ? dynamic_cast<NumberField*>(form->field("radius")) : nullptr;
+    return radius != nullptr;
+  }));
+  settle();
+  const auto curve = [&] { return lanes().lanes()[0].curves[0].series; };
+  const auto was = curve();
+  const QPoint start(60, radius->height() / 2);
+  QTest::mousePress(radius, Qt::LeftButton, {}, start);
+  const auto move = [&](int by) {
+    const QPointF at = start + QPoint(by, 0);
+    QMouseEvent event(QEvent::MouseMove, at, radius->mapToGlobal(at), Qt::NoButton, Qt::LeftButton,
+                      {});
+    QApplication::sendEvent(radius, &event);
+  };
+  move(6);
+  move(20);
+  // The plot follows before the mouse is released.
+  ASSERT_TRUE(until([&] { return curve() != was; }));
+  double slowest = 0;
+  for (int i = 2; i < 8; ++i) {
+    const auto last = curve();
+    QElapsedTimer clock;
+    clock.start();
+    move(20 * i);
+    ASSERT_TRUE(until([&] { return curve() != last; }));
+    slowest = std::max(slowest, static_cast<double>(clock.nsecsElapsed()) * 1e-6);
+  }
+  std::printf("a dragged bore: torques of 100 samples after at most %.0f ms\n", slowest);
+  RecordProperty("slowest_torque_ms", std::to_string(slowest));
+  QTest::mouseRelease(radius, Qt::LeftButton, {}, start + QPoint(140, 0));
+  settle();
+  const NumericArray after = torques();
+  ASSERT_EQ(after.size(), before.size());
+  const double mass_after = number_at(map_of(called("solid.mass", {{"id", plate}})), "mass");
+  EXPECT_LT(mass_after, mass_before);
+  EXPECT_LT(after[0], before[0]);
+  ASSERT_TRUE(until([&] { return !lanes().is_dimmed(); }));
+  EXPECT_DOUBLE_EQ(curve()->values()[0], after[0]);
+  photograph("timeline_bore");
+
+  window_->actions().find("undo")->trigger();
+  ASSERT_TRUE(until([&] { return torques() == before; }));
+  settle();
+  EXPECT_EQ(number_at(map_of(called("solid.mass", {{"id", plate}})), "mass"), mass_before);
+  ASSERT_TRUE(until([&] { return curve()->values()[0] == before[0]; }));
+  EXPECT_TRUE(std::equal(curve()->values().begin(), curve()->values().end(), before.data().begin(),
+                         before.data().end()));
+  timeline().set_following(false);
+}
+
+TEST_F(TimelineTest, AMillionPointsStayPleasant) {
+  shown_run();
+  constexpr std::size_t kRows = 1'000'000;
+  std::vector<double> time(kRows), wave(kRows);
+  for (std::size_t i = 0; i < kRows; ++i) {
+    time[i] = 1e-4 * static_cast<double>(i);
+    wave[i] = std::sin(1e-3 * static_cast<double>(i)) + 1e-3 * static_cast<double>(i % 7);
+  }
+  const Handle big = made(
+      "recording.create",
+      {{"title", "big"},
+       {"columns",
+        List{Map{{"name", "time"}, {"unit", "s"}, {"values", NumericArray(std::move(time))}},
+             Map{{"name", "wave"}, {"unit", "N m"}, {"values", NumericArray(std::move(wave))}}}}});
+  show(big);
+  EXPECT_LE(lanes().drawn_points(), 3u * 1600u);
+  double slowest = 0, all = 0;
+  for (int i = 0; i < 20; ++i) {
+    const double before = spent_ms();
+    timeline().axis().zoom(0.8, 37);
+    QApplication::processEvents();
+    const double spent = spent_ms() - before;
+    slowest = std::max(slowest, spent);
+    all += spent;
+    EXPECT_LE(lanes().drawn_points(), 3u * 1600u);
+  }
+  RecordProperty("slowest_draw_ms", std::to_string(slowest));
+  std::printf("a million points: a redraw takes %.2f ms of the processor, the slowest %.2f ms\n",
+              all / 20, slowest);
+  EXPECT_LT(all / 20, 60);
+}
+
+TEST_F(TimelineTest, EveryWidgetHasItsNamesInBothThemesAndZoomed) {
+  shown_run();
+  player().set_time(25);
+  for (const QWidget* w : timeline().findChildren<QWidget*>()) {
+    // Parts of Qt's own widgets.
+    if (w->objectName().startsWith("qt_") || !w->parentWidget() ||
+        QString(w->metaObject()->className()).startsWith("QScrollBar") ||
+        qobject_cast<const QMenu*>(w) || w->inherits("QAbstractItemView") ||
+        w->inherits("QComboBoxPrivateContainer") || w->objectName().isEmpty())
+      continue;
+    EXPECT_FALSE(w->accessibleName().isEmpty()) << w->objectName().toStdString();
+    EXPECT_FALSE(w->toolTip().isEmpty()) << w->objectName().toStdString();
+  }
+  window_->set_theme_and_zoom(false, 1);
+  settle();
+  photograph("timeline_light");
+  window_->set_theme_and_zoom(true, 1.5);
+  settle();
+  photograph("timeline_dark_150");
+  EXPECT_LE(lanes().lane_rect(0).bottom(), lanes().height());
+  window_->set_theme_and_zoom(true, 1);
+  settle();
+}
+
+TEST_F(TimelineTest, PlotsAreVisibleBesideTheBandsInUsualSizes) {
+  shown_run();
+  show(made("world.inverse_dynamics", {{"id", world_},
+                                       {"robot", "pa10"},
+                                       {"trajectory", "circle"},
+                                       {"sample_time", 0.5},
+                                       {"clearance", true}}));
+  player().set_time(25);
+  for (const QSize size : {QSize(1920, 1200), QSize(1440, 900)})
+    for (const bool is_dark : {true, false}) {
+      window_->resize(size);
+      window_->set_theme_and_zoom(is_dark, 1);
+      window_->reset_layout();
+      settle();
+      photograph(
+          ("timeline_" + std::to_string(size.width()) + (is_dark ? "_dark" : "_light")).c_str());
+      ASSERT_EQ(window_->size(), size);
+      const QWidget* port = widget<QScrollArea>("timeline_scroll")->viewport();
+      const QRect seen =
+          QRect(lanes().mapTo(port, QPoint(0, 0)), lanes().size()).intersected(port->rect());
+      ASSERT_EQ(lanes().lanes().size(), 2u);
+      EXPECT_GE(seen.height(), lanes().lane_rect(0).height() * 3 / 2) << size.width();
+      EXPECT_GE(seen.height(), theme().px(100)) << size.width();
+    }
+  window_->set_theme_and_zoom(true, 1);
+  settle();
+}
+
+}  // namespace
+}  // namespace robomosp::viewer
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
+  QApplication application(argc, argv);
+  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
+  return RUN_ALL_TESTS();
+}
