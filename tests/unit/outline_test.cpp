@@ -140,7 +140,7 @@ TEST_F(Outline, ARecordingIsRefusedByAllCommandsOfRecordsOfAnyKind) {
     if (!args.find("id")) continue;
     const auto r = app->dispatch(session, spec->name, args);
     ASSERT_FALSE(r.ok()) << spec->name;
-    EXPECT_NE(r.error().sentence().find("a recording is not a record"), std::string::npos)
+    EXPECT_NE(r.error().sentence().find("is a recording, not a record"), std::string::npos)
         << spec->name << ": " << r.error().sentence();
     ++tried;
   }
