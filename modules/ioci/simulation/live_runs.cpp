@@ -340,10 +340,8 @@ Result<Value> answer(CommandContext& ctx, const Map& args, Result<void> done) {
   const LiveRunPtr run = entry_of(ctx, args);
   const LiveRunEntry& entry = *run;
   if (!done.ok()) return std::move(done).error().in("run " + text::quote(entry.title));
-  Map state = live_run_state(ctx.app, entry);
-  if (ctx.app.events.run_rate() > 0)
-    ctx.app.events.publish(RunState{.run = args.find("id")->as_handle()->number, .state = state});
-  return Value(std::move(state));
+  return Value(
+      ctx.app.kept<RunPulse>().publish(args.find("id")->as_handle()->number, entry));
 }
 
 void set_entry(LiveRunEntry& entry, const Map& args) {

@@ -9,6 +9,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/simulation/live_runs.h"
 #include "ioci/simulation/program_debugging.h"
+#include "ioci/simulation/run_pulse.h"
 #include "spatial/vec.h"
 
 namespace robomosp::ioci {
@@ -117,9 +118,7 @@ Result<sim::Pull> body_of(const CommandContext& ctx, const LiveRunEntry& run, co
 }
 
 void publish(CommandContext& ctx, const Map& args, const LiveRunEntry& run) {
-  if (ctx.app.events.run_rate() > 0)
-    ctx.app.events.publish(RunState{.run = args.find("id")->as_handle()->number,
-                                    .state = live_run_state(ctx.app, run)});
+  (void)ctx.app.kept<RunPulse>().publish(args.find("id")->as_handle()->number, run);
 }
 
 Result<Value> pull(CommandContext& ctx, const Map& args) {

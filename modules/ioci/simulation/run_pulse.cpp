@@ -42,7 +42,7 @@ void RunPulse::beat() {
     const double rate = app_.events.run_rate();
     is_woken_ = false;
     lock.unlock();
-    const bool is_playing = rate > 0 && publish();
+    const bool is_playing = rate > 0 && publish_played();
     lock.lock();
     if (!is_playing) {
       changed_.wait(lock, [this] { return is_woken_ || is_ending_; });
@@ -57,14 +57,20 @@ void RunPulse::beat() {
   }
 }
 
-bool RunPulse::publish() {
+Map RunPulse::publish(std::uint64_t run, const LiveRunEntry& entry, bool is_pulse) {
+  if (app_.events.run_rate() == 0) return live_run_state(app_, entry);
+  const std::lock_guard lock(publishing_);
+  Map state = live_run_state(app_, entry);
+  app_.events.publish(RunState{.run = run, .state = state, .is_pulse = is_pulse});
+  return state;
+}
+
+bool RunPulse::publish_played() {
   std::set<std::uint64_t> playing;
   for (const auto& [number, entry] : app_.runs->list()) {
     const bool plays = entry->run->is_playing();
     if (plays) playing.insert(number);
-    if (plays || played_.contains(number))
-      app_.events.publish(
-          RunState{.run = number, .state = live_run_state(app_, *entry), .is_pulse = true});
+    if (plays || played_.contains(number)) (void)publish(number, *entry, true);
   }
   played_ = std::move(playing);
   return !played_.empty();
