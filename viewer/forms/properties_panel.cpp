@@ -359,10 +359,7 @@ QString PropertiesPanel::title() const { return title_->text(); }
 QString PropertiesPanel::outcome() const { return outcome_->text(); }
 
 void PropertiesPanel::set_selection(const SelectedPaths& selection) {
-  if (is_dragged_) {
-    client_.commit(gesture_);
-    is_dragged_ = false;
-  }
+  end_drag(true);
   selection_ = selection;
   shown_.clear();
   outcome_->hide();
@@ -466,6 +463,7 @@ void PropertiesPanel::take_values() {
 
 void PropertiesPanel::draw() {
   if (shown_.empty()) {
+    end_drag(true);
     title_->setText(selection_.size() == 1 ? "It is gone" : "They are gone");
     drop_sections();
     subtitle_->clear();
@@ -502,11 +500,7 @@ void PropertiesPanel::draw() {
     subtitle_->setText(QString("%1 common fields").arg(common.size()));
   }
   if (!form_ || form_of_ != of) {
-    if (is_dragged_) {  // its field ends with the form
-      is_dragged_ = false;
-      client_.commit(gesture_);
-      gesture_ = {};
-    }
+    end_drag(true);  // its field ends with the form
     if (form_) {
       form_->hide();
       form_->deleteLater();
@@ -718,30 +712,35 @@ void PropertiesPanel::set_parameters(const Shown& shown, const std::optional<Val
                    Map{{"id", shown.at.record}, {"name", name}, {"value", v}}, report);
 }
 
+void PropertiesPanel::end_drag(bool keeps) {
+  if (!std::exchange(is_dragged_, false)) return;
+  const auto edits = std::exchange(gesture_, {});
+  if (keeps) client_.commit(edits);
+  else client_.cancel(edits);
+}
+
 void PropertiesPanel::edit(const std::string& path, const std::optional<Value>& value, int stage) {
-  if (shown_.empty()) return;
+  if (shown_.empty()) return;  // its drag has ended
   const std::string label =
       "set " + path + " of " +
       (shown_.size() == 1 ? shown_.front().name : std::to_string(shown_.size()) + " records");
   switch (static_cast<Field::Stage>(stage)) {
     case Field::Stage::drag_begun:
+      end_drag(true);  // one of another field, whose end did not come
       gesture_ = client_.begin_gesture(label);
       is_dragged_ = true;
       if (mass_) mass_->keep_as_before();
       return;
     case Field::Stage::dragged:
+      if (!is_dragged_) return;  // it has ended with the form or the selection
       for (const Shown& s : shown_) set_one(s, path, value, gesture_);
       return;
     case Field::Stage::drag_ended:
-      is_dragged_ = false;
-      client_.commit(gesture_);
-      gesture_ = {};
+      end_drag(true);
       refresh_timer_.start();
       return;
     case Field::Stage::drag_cancelled:
-      is_dragged_ = false;
-      client_.cancel(gesture_);
-      gesture_ = {};
+      end_drag(false);
       refresh_timer_.start();
       return;
     case Field::Stage::changed: break;
@@ -756,7 +755,7 @@ void PropertiesPanel::edit(const std::string& path, const std::optional<Value>& 
 }
 
 void PropertiesPanel::show_refusal(const std::string& path, const Error& e) {
-  if (!form_) return;
+  if (!form_ || shown_.empty()) return;
   form_->clear_faults();
   std::vector<ShownFault> all;
   for (const Fault& f : faults_of(e)) {

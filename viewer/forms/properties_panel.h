@@ -64,6 +64,8 @@ class PropertiesPanel : public QWidget {
   [[nodiscard]] UsersSection* users() const { return users_; }
   [[nodiscard]] SegmentSection* segment() const { return segment_; }
   [[nodiscard]] QString title() const;
+  /// False while values that changed are still to be asked for.
+  [[nodiscard]] bool is_settled() const { return !refresh_timer_.isActive(); }
   /// The sentence of an edit that was refused and has no field.
   [[nodiscard]] QString outcome() const;
 
@@ -82,6 +84,8 @@ class PropertiesPanel : public QWidget {
   void draw_joints();
   void draw_sections();
   void drop_sections();
+  /// Ends the gesture of a drag, if there is one, as one step or without a trace.
+  void end_drag(bool keeps);
   void edit(const std::string& path, const std::optional<Value>& value, int stage);
   void set_one(const Shown& shown, const std::string& path, const std::optional<Value>& value,
                const ioci::Client::Edits& in);
