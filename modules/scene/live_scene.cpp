@@ -104,6 +104,11 @@ FramePtr LiveScene::frame() const {
   return frame_;
 }
 
+bool LiveScene::is_busy() const {
+  const std::lock_guard lock(mutex_);
+  return wanted_.snapshot && shown_ != version_;
+}
+
 void LiveScene::on_frame(std::function<void()> wake) {
   auto shared = wake ? std::make_shared<const std::function<void()>>(std::move(wake)) : nullptr;
   const std::lock_guard lock(mutex_);

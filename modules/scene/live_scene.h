@@ -49,6 +49,8 @@ class LiveScene {
 
   /// The newest frame; one with number 0 and nothing in it before the first.
   [[nodiscard]] FramePtr frame() const;
+  /// Whether an exact frame of the newest wish is still to come.
+  [[nodiscard]] bool is_busy() const;
   /// Called after each new frame by the thread that made it; it returns soon, and calls nothing of
   /// this scene but frame(). Replaces the one before.
   void on_frame(std::function<void()> wake);

@@ -160,7 +160,7 @@ void measure_memory() {
       return memory_of(pid, "smaps_rollup", "Private_Dirty") +
              memory_of(pid, "smaps_rollup", "Private_Clean");
     };
-    // At rest: no more processor time is used.
+    // At rest: no more processor time is used, and what drew the still picture has been freed.
     const auto ticks = [pid] {
       std::ifstream in("/proc/" + std::to_string(pid) + "/schedstat");
       double t = 0;
@@ -173,7 +173,7 @@ void measure_memory() {
     while (clock.elapsed() < 60000) {
       QTest::qWait(1500);
       const double now = ticks();
-      if (now - before < 3e6 && clock.elapsed() > 6000) break;
+      if (now - before < 3e6 && clock.elapsed() > 12000) break;
       before = now;
     }
     const double pss = memory_of(pid, "smaps_rollup", "Pss");

@@ -20,6 +20,7 @@
 #include "viewer/desktop/console_signature.h"
 #include "viewer/desktop/help_panel.h"
 #include "viewer/desktop/shortcuts.h"
+#include "viewer/forms/command_form.h"
 #include "viewer/forms/command_palette.h"
 
 namespace robomosp::viewer {
@@ -53,6 +54,19 @@ TEST_F(RoomsTest, ThePaletteShowsThePageOfItsCommand) {
   EXPECT_EQ(window_->help().page(), "command:robot.gravity_torques");
   EXPECT_TRUE(window_->help().browser().toPlainText().contains("hold the robot still"));
   EXPECT_FALSE(window_->palette().isVisible());
+}
+
+/// The window's own session may wait for the window, too: its call does not wait for itself.
+TEST_F(RoomsTest, AFormWaitsForTheWindowWithoutWaitingForItself) {
+  for (const bool is_job : {false, true}) {
+    CommandForm& form = *window_->palette().form();
+    window_->palette().open_command("window.settle");
+    ASSERT_TRUE(until([&] { return form.command() == "window.settle" && form.form(); }));
+    form.fill(Map{{"at_most", 600.0}});
+    form.run(is_job);
+    ASSERT_TRUE(until([&] { return !form.is_running(); })) << "it waits for itself";
+    EXPECT_TRUE(form.outcome().contains("Done")) << form.outcome().toStdString();
+  }
 }
 
 TEST_F(RoomsTest, LinksBackForwardAndSearchGoThroughThePages) {
@@ -308,6 +322,7 @@ TEST_F(RoomsTest, AServerIsStartedAnswersALineAndIsStopped) {
 }
 
 TEST_F(RoomsTest, ATokenIsShownOnceAndNowhereElse) {
+  const QByteArray config_before = qgetenv("XDG_CONFIG_HOME");
   qputenv("XDG_CONFIG_HOME", folder_.path().toUtf8());
   window_->show_panel("connections");
   widget<QTabWidget>("connections_pages")->setCurrentIndex(2);
@@ -342,7 +357,8 @@ TEST_F(RoomsTest, ATokenIsShownOnceAndNowhereElse) {
   tokens->setCurrentItem(tokens->topLevelItem(0));
   click("token_revoke");
   EXPECT_TRUE(until([&] { return tokens->topLevelItemCount() == 0; }));
-  qunsetenv("XDG_CONFIG_HOME");
+  if (config_before.isEmpty()) qunsetenv("XDG_CONFIG_HOME");
+  else qputenv("XDG_CONFIG_HOME", config_before);
 }
 
 TEST(RemoteLine, IsACommandLuaOrAClassicLine) {

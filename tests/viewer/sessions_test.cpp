@@ -102,7 +102,8 @@ TEST_F(TwoSessions, TheWindowShowsTheChangesOfTheOtherAtOnce) {
     return now && now->number() && std::fabs(*now->number() - 0.4) < 1e-12;
   })) << "the properties keep the old value";
   ASSERT_TRUE(h->settle());
-  EXPECT_NE(view->display().shown(), before);
+  EXPECT_TRUE(h->until([&] { return view->display().shown() != before; }))
+      << "the picture keeps the old size";
   done("material.create", {{"name", "tin"}, {"density", 7300.0}});
   done("world.rename", {{"id", world}, {"name", "hall"}});
   EXPECT_TRUE(h->until([&] { return view->name() == "hall"; })) << "the tab keeps the old name";
@@ -162,7 +163,8 @@ TEST_F(TwoSessions, WhatADragEditsIsRefusedToTheOtherUntilItEnds) {
   // Another record is free meanwhile.
   done("material.create", {{"name", "tin"}, {"density", 7300.0}});
   QTest::mouseRelease(x, Qt::LeftButton, {}, at + QPoint(30, 0));
-  ASSERT_TRUE(h->settle());
+  // The window's calls run in their order: this one after the end of the gesture.
+  ASSERT_TRUE(h->call("document.history", {{"at_most", 1}}).ok());
   done("solid.set", {{"id", block}, {"path", "body.x"}, {"value", 0.7}});
   EXPECT_NEAR(length_of_block(), 0.7, 1e-12);
 }
@@ -187,13 +189,14 @@ TEST_F(TwoSessions, ARecordThatTheOtherDeletesDuringADragDoesNoHarm) {
   if (alive) QTest::mouseRelease(alive, Qt::LeftButton, {}, at + QPoint(30, 0));
   ASSERT_TRUE(h->settle());
   EXPECT_EQ(has(Kind::solid, "loose"), !is_deleted);
-  // The window works on.
-  h->window().actions().find("new_world")->trigger();
-  EXPECT_TRUE(h->until([&] { return has(Kind::world, "new_world"); }));
+  // Whether it was deleted or not, the gesture of the drag ended with the mouse.
   const auto gesture = h->call("gesture.begin", {{"label", "another"}});
   ASSERT_TRUE(gesture.ok()) << "the gesture of the drag is still open: "
                             << gesture.error().sentence();
   EXPECT_TRUE(h->call("gesture.cancel", {{"gesture", *gesture}}).ok());
+  // The window works on.
+  h->window().actions().find("new_world")->trigger();
+  EXPECT_TRUE(h->until([&] { return has(Kind::world, "new_world"); }));
 }
 
 TEST_F(TwoSessions, AWorldThatTheOtherDeletesIsMarkedInItsTab) {
@@ -210,7 +213,7 @@ TEST_F(TwoSessions, BothEditAtOnceAndNothingIsLost) {
   // Each makes its own records; neither waits for the other.
   constexpr int kEach = 40;
   std::atomic<int> failed{0};
-  std::thread thread([&] {
+  std::jthread thread([&] {
     for (int i = 0; i < kEach; ++i)
       if (!other
                ->call("material.create",

@@ -31,6 +31,7 @@ Result<std::unique_ptr<Desk>> Desk::open(ioci::Application& app,
   options.name = "desktop";
   options.plugin_path = std::move(plugin_path);
   options.topics = kDeskTopics;
+  options.waits_for_host = [](std::string_view command) { return command.starts_with("window."); };
   options.wake = [d] {
     QMetaObject::invokeMethod(
         d, [d] { d->deliver(); }, Qt::QueuedConnection);

@@ -71,9 +71,12 @@ class Desk : public QObject {
                      std::function<void(const Result<ioci::Opened>&)> done);
   /// Evaluates an input of the console; `shown` as in LiveView::evaluate().
   Answer evaluate(std::string input, Done done, std::shared_ptr<List> shown = {});
-  /// True if no call waits or runs. While the console evaluates an input or a script runs, calls of
-  /// other panels wait for that, and do not count.
-  [[nodiscard]] bool is_idle() const { return evaluating_ > 0 || scripts_ > 0 || calls_ == 0; }
+  /// True if no call waits or runs, and all results and events have been delivered. While the
+  /// console evaluates an input or a script runs, the calls wait for that, and do not count.
+  [[nodiscard]] bool is_idle() const {
+    return evaluating_ > 0 || scripts_ > 0 ? !client().has_news()
+                                           : calls_ == 0 && client().is_idle();
+  }
 
   /// True while any call has not ended, also inputs of the console and scripts.
   [[nodiscard]] bool has_calls() const { return calls_ > 0 || evaluating_ > 0; }

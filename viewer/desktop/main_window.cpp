@@ -1102,7 +1102,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 
 bool MainWindow::is_settled() const {
   if (!desk_.is_idle()) return false;
-  if (undo_timer_.isActive() || heads_timer_.isActive()) return false;
+  if (undo_timer_.isActive() || heads_timer_.isActive() || !properties_->is_settled()) return false;
   const ViewTab* view = current_view();
   return (!view || view->is_settled()) && timeline_->is_settled() && !console_->is_drawing();
 }

@@ -606,6 +606,7 @@ void ViewTab::fly_to_selection() { display_->fly_to(highlighted_); }
 bool ViewTab::is_settled() const {
   if (!picture_ || !picture_->frame) return false;
   if (!picture_->frame->is_exact && !picture_->frame->failure) return false;
+  if (!player_.is_playing() && live_->is_busy()) return false;
   return !isVisible() ||
          (display_->pictures_drawn() > 0 && (player_.is_playing() || !display_->is_coarse()) &&
           (!look_.is_refined_at_rest || player_.is_playing() || display_->is_refined() ||

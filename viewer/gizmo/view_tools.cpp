@@ -92,7 +92,10 @@ ViewTools::ViewTools(Desk& desk, Display& display, std::function<bool()> has_mot
       hover_(std::make_unique<Hover>(desk, display,
                                      [this](const QRect& part) { overlay_->update(part); })),
       measuring_(std::make_unique<Measuring>(desk, display)),
-      pull_(std::make_unique<RunPull>(desk, display, [this] { overlay_->update(); })) {
+      pull_(std::make_unique<RunPull>(desk, display, [this] {
+        if (pull_) describe();
+        overlay_->update();
+      })) {
   hover_->find = [this](QPointF at) { return hovered_at(at); };
   display_.installEventFilter(this);
   display_.setMouseTracking(true);
@@ -121,10 +124,14 @@ void ViewTools::redraw() {
   place_handles();
   place_lights();
   hover_->check();
+  describe();
+  overlay_->update();
+}
+
+void ViewTools::describe() {
   overlay_->setAccessibleDescription(drag_                 ? readout()
                                      : pull_->is_pulling() ? pull_->readout()
                                                            : hint_);
-  overlay_->update();
 }
 
 void ViewTools::set_picture(const ioci::LiveView::PicturePtr& picture, const viewer::Frame& frame) {

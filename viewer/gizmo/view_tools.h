@@ -162,6 +162,8 @@ class ViewTools : public QObject {
   [[nodiscard]] bool take_handle(QPointF at);
   [[nodiscard]] bool take_light(QPointF at);
   void redraw();
+  /// Gives the overlay the text of what is dragged or pulled, as its accessible description.
+  void describe();
   void paint_lights(QPainter& painter) const;
   void paint_readout(QPainter& painter, const ScreenCamera& camera) const;
 

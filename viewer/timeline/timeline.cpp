@@ -453,7 +453,9 @@ void Timeline::show_notice() {
 
 bool Timeline::is_settled() const {
   return !lanes_timer_.isActive() && !recordings_timer_.isActive() && !is_refreshing_ &&
-         !(data_ && data_->is_loading());
+         !(data_ && data_->is_loading()) &&
+         std::none_of(compared_.begin(), compared_.end(),
+                      [](const auto& each) { return each->is_loading(); });
 }
 
 void Timeline::take(const ioci::Event& event) {

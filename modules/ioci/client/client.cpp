@@ -776,4 +776,24 @@ std::size_t Client::waiting() const {
   return state_->queue.size();
 }
 
+bool Client::has_news() const {
+  const State& s = *state_;
+  if (s.batch) return true;
+  const std::lock_guard lock(s.mutex);
+  return s.has_events || !s.told.empty();
+}
+
+bool Client::is_idle() const {
+  if (has_news()) return false;
+  const State& s = *state_;
+  const auto waits_for_host = [&s](const Entry& e) {
+    return s.options.waits_for_host && e.what == Entry::What::command &&
+           s.options.waits_for_host(e.command);
+  };
+  const std::lock_guard lock(s.mutex);
+  const bool is_at_work = s.running ? !waits_for_host(*s.running) : !s.queue.empty();
+  return !is_at_work && std::all_of(s.jobs.begin(), s.jobs.end(),
+                                    [&](const auto& each) { return waits_for_host(*each.second); });
+}
+
 }  // namespace robomosp::ioci

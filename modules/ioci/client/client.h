@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include <robomosp/sdk/result.h>
 
@@ -52,6 +53,9 @@ class Client {
     /// Called once on the client's thread after all else, while the session is still there, such as
     /// to end a script state that uses it. It throws nothing.
     std::function<void(Session&)> finish;
+    /// Whether a command waits for the host, such as one that photographs its window: is_idle()
+    /// counts neither its call nor what waits behind it. Empty = none does. [any thread]
+    std::function<bool(std::string_view command)> waits_for_host;
     /// Events to be delivered; without `on_event` none are.
     EventFilter events;
     std::function<void(const Event&)> on_event;  ///< called by deliver()
@@ -149,6 +153,11 @@ class Client {
   [[nodiscard]] bool is_closed() const;  ///< its thread and session have ended
   /// Calls that wait for their turn.
   [[nodiscard]] std::size_t waiting() const;
+  /// True if deliver() has something to do. [the host's thread]
+  [[nodiscard]] bool has_news() const;
+  /// True if no call waits or runs, also as a job, and all results and events have been delivered.
+  /// [the host's thread]
+  [[nodiscard]] bool is_idle() const;
 
  private:
   explicit Client(std::shared_ptr<State> state);

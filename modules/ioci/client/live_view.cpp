@@ -366,6 +366,7 @@ Result<std::unique_ptr<LiveView>> LiveView::open(Application& app, Options optio
   c.name = s->options.name;
   c.kind = s->options.kind;
   c.wake = [s] { s->wake(); };
+  c.waits_for_host = s->options.waits_for_host;
   c.prepare = [s](Session& session) {
     if (const auto make = ScriptLanguage::registered())
       s->scripts = make(s->app, session, s->options.plugin_path, [s] { s->serve_scripts(); });
@@ -576,6 +577,18 @@ Client::Answer LiveView::show_map(Map map, Client::Done done) {
 LiveView::PicturePtr LiveView::picture() const {
   const std::lock_guard lock(state_->mutex);
   return state_->newest;
+}
+
+bool LiveView::is_busy() const {
+  std::shared_ptr<scene::LiveScene> on;
+  {
+    const std::lock_guard lock(state_->mutex);
+    on = state_->scene;
+  }
+  // The scene first: its last frame becomes work of the view.
+  if (on && on->is_busy()) return true;
+  const std::lock_guard lock(state_->mutex);
+  return state_->is_working || state_->is_new || state_->dirty.is_shown();
 }
 
 Result<LiveView::PicturePtr> LiveView::settle(Progress& progress) {

@@ -58,6 +58,8 @@ class LiveView {
     /// Called by deliver() with events of these topics, bits by Topic.
     std::function<void(const Event&)> on_event;
     std::uint32_t topics = 0;
+    /// As in Client::Options.
+    std::function<bool(std::string_view command)> waits_for_host;
     scene::Extras extras;  ///< shown at first
     /// Searched first for scripts that are plugins.
     std::vector<std::filesystem::path> plugin_path;
@@ -122,6 +124,9 @@ class LiveView {
 
   /// The newest picture; null before the first.
   [[nodiscard]] PicturePtr picture() const;
+  /// Whether a picture of the newest wishes is still to come or to be delivered. Events that were
+  /// not delivered do not count. [the host's thread]
+  [[nodiscard]] bool is_busy() const;
   /// Waits until the present document and the newest wishes are shown exactly. The only error is
   /// ErrorCode::cancelled.
   Result<PicturePtr> settle(Progress&);
