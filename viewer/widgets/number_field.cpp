@@ -382,6 +382,13 @@ void NumberField::begin_edit(const QString& typed) {
 
 namespace {
 
+/// Whether a key types a value.
+bool is_typing(const QKeyEvent& key) {
+  const QString typed = key.text();
+  return !typed.isEmpty() && typed[0].isPrint() && !typed[0].isSpace() &&
+         !(key.modifiers() & (Qt::ControlModifier | Qt::AltModifier));
+}
+
 /// The name that ends at the cursor: "bo" of "2*bo|+1"; empty after a digit or an operator.
 QString name_before(const QString& text, qsizetype cursor) {
   qsizetype from = cursor;
@@ -576,10 +583,26 @@ void NumberField::mouseReleaseEvent(QMouseEvent* event) {
   }
 }
 
+bool NumberField::uses(const QKeyEvent& key) const {
+  switch (key.key()) {
+    case Qt::Key_Escape: return is_dragged_;
+    case Qt::Key_Up:
+    case Qt::Key_Down:
+    case Qt::Key_PageUp:
+    case Qt::Key_PageDown:
+    case Qt::Key_F2: return true;
+    case Qt::Key_Return:
+    case Qt::Key_Enter: return !(key.modifiers() & Qt::ControlModifier);
+    // Also where nothing can be taken away: the window would delete what is selected.
+    case Qt::Key_Delete:
+    case Qt::Key_Backspace: return true;
+    default: return key.matches(QKeySequence::Copy) || is_typing(key);
+  }
+}
+
 bool NumberField::event(QEvent* event) {
-  // Escape during a drag belongs to the field, not to a shortcut of the window.
-  if (event->type() == QEvent::ShortcutOverride && is_dragged_ &&
-      static_cast<QKeyEvent*>(event)->key() == Qt::Key_Escape) {
+  // What the field uses is not for shortcuts of the window, such as F2, Delete or a letter.
+  if (event->type() == QEvent::ShortcutOverride && uses(*static_cast<QKeyEvent*>(event))) {
     event->accept();
     return true;
   }
@@ -610,20 +633,15 @@ void NumberField::keyPressEvent(QKeyEvent* event) {
       return begin_edit();
     case Qt::Key_Delete:
     case Qt::Key_Backspace:
-      if (!may_be_empty_ || !value_) break;
-      return take_default();
+      if (may_be_empty_ && value_) take_default();
+      return;
     default: break;
   }
   if (event->matches(QKeySequence::Copy)) {
     copy();
     return;
   }
-  const QString typed = event->text();
-  if (!typed.isEmpty() && typed[0].isPrint() && !typed[0].isSpace() &&
-      !(event->modifiers() & (Qt::ControlModifier | Qt::AltModifier))) {
-    begin_edit(typed);
-    return;
-  }
+  if (is_typing(*event)) return begin_edit(event->text());
   Field::keyPressEvent(event);
 }
 

@@ -80,6 +80,8 @@ class NumberField : public Field {
   void contextMenuEvent(QContextMenuEvent* event) override;
 
  private:
+  /// Whether a key does something in the field while it shows its value.
+  [[nodiscard]] bool uses(const QKeyEvent& key) const;
   /// What a typed text means.
   struct Reading {
     std::optional<Value> value;    ///< nothing = empty
