@@ -56,6 +56,8 @@ constexpr double kCloseIcon = 12;  ///< [px of the design]
 constexpr int kUndoAfterMs = 40;
 constexpr qsizetype kLongestTitle = 32;  ///< of the tab of a result [characters]
 constexpr int kSaveLayoutAfterMs = 800;
+/// How long the question of what is unsaved is waited for before closing.
+constexpr int kAnswerMs = 400;
 
 /// The head of a dock: its title, and a button that hides it.
 class DockHead : public QWidget {
@@ -1031,19 +1033,24 @@ void MainWindow::make_guard() {
 }
 
 void MainWindow::ask_before_closing(bool is_saved) {
-  // A command that runs long would hold up the question: what events have reported is enough then.
-  // After a save the answer comes at once, and events of it may be yet to come.
-  if (!is_saved && !desk_.is_idle()) {
-    QStringList names;
-    for (const Handle& record : desk_.unsaved()) {
-      const auto rows = navigator_->model().rows_of({record, {}});
-      names += shown(record.kind) +
-               (rows.isEmpty() ? QString() : " " + rows.front().data(Qt::DisplayRole).toString());
-    }
-    if (names.isEmpty() && desk_.has_unsaved()) names += "a record that was just edited";
-    return names.isEmpty() ? close_now() : show_guard(names, names);
-  }
-  desk_.ask("document.unsaved", {}, *this, [this, is_saved](const Result<Value>& r) {
+  const auto is_answered = std::make_shared<bool>(false);
+  // A command that runs long holds up the answer: what events have reported is enough then. After
+  // a save the answer comes at once, and events of it may be yet to come.
+  if (!is_saved)
+    QTimer::singleShot(kAnswerMs, this, [this, is_answered] {
+      if (std::exchange(*is_answered, true)) return;
+      QStringList names;
+      for (const Handle& record : desk_.unsaved()) {
+        const auto rows = navigator_->model().rows_of({record, {}});
+        names += shown(record.kind) +
+                 (rows.isEmpty() ? QString() : " " + rows.front().data(Qt::DisplayRole).toString());
+      }
+      if (names.isEmpty() && desk_.has_unsaved()) names += "a record that was just edited";
+      if (names.isEmpty()) close_now();
+      else show_guard(names, names);
+    });
+  desk_.ask("document.unsaved", {}, *this, [this, is_saved, is_answered](const Result<Value>& r) {
+    if (std::exchange(*is_answered, true)) return;
     if (!r.ok()) {
       const QStringList why{"unknown records: " + shown(r.error().sentence())};
       return show_guard(why, why);

@@ -66,6 +66,11 @@ QString StatusLine::message_shown() const {
   return fontMetrics().elidedText(currentMessage(), Qt::ElideRight, message_place().width());
 }
 
+void StatusLine::showEvent(QShowEvent* event) {
+  QStatusBar::showEvent(event);
+  hideOrShow();  // a message that came before hid nothing
+}
+
 void StatusLine::paintEvent(QPaintEvent*) {
   QPainter p(this);
   QStyleOption option;

@@ -31,6 +31,7 @@ class StatusLine : public QStatusBar {
   [[nodiscard]] QString message_shown() const;
 
  protected:
+  void showEvent(QShowEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
 
  private:
