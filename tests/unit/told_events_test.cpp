@@ -36,7 +36,7 @@ class ToldEvents : public test::CommandTest {
   List take(std::int64_t token) { return *call("event.take", {{"subscription", token}}).as_list(); }
   /// Takes events until one is as wanted.
   Value wait_for(std::int64_t token, const std::function<bool(const Value&)>& is_it) {
-    const auto end = std::chrono::steady_clock::now() + 20s;
+    const auto end = std::chrono::steady_clock::now() + 60s;
     while (std::chrono::steady_clock::now() < end) {
       for (const Value& e : take(token))
         if (is_it(e)) return e;

@@ -102,7 +102,7 @@ class DesktopProgram {
     QElapsedTimer clock;
     clock.start();
     process_.terminate();
-    const bool has_ended = process_.waitForFinished(20000);
+    const bool has_ended = process_.waitForFinished(60000);
     out_ += process_.readAllStandardOutput().toStdString();
     return has_ended ? clock.elapsed() : -1;
   }

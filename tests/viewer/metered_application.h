@@ -9,7 +9,6 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <map>
 #include <string>
 #include <thread>
@@ -86,10 +85,13 @@ class MeteredApplication : public QApplication {
   }
   [[nodiscard]] const std::map<int, std::size_t>& by_type() const { return by_type_; }
 
-  /// From now on, if the GUI thread does not return to its loop for `seconds`, apart from time in
-  /// which it waits for a processor, its stack is printed and the hang counts. [GUI thread]
+  /// From now on, the stack of the GUI thread is printed if it is not back in its loop after
+  /// `seconds`. That is a hang once the thread itself has computed for so long, or after a minute:
+  /// on a loaded machine it also waits for a processor, and for others that do. [GUI thread]
   void start_watchdog(double seconds) {
     gui_ = pthread_self();
+    clockid_t processor{};
+    pthread_getcpuclockid(gui_, &processor);
     std::signal(SIGUSR2, [](int) {
       std::array<void*, 64> frames{};
       backtrace_symbols_fd(frames.data(), backtrace(frames.data(), 64), STDERR_FILENO);
@@ -97,25 +99,29 @@ class MeteredApplication : public QApplication {
     // Loads what backtrace() needs outside of a signal handler.
     std::array<void*, 2> frames{};
     (void)backtrace(frames.data(), 2);
-    waited_file_ = "/proc/self/task/" + std::to_string(gettid()) + "/schedstat";
-    watchdog_ = std::thread([this, seconds] {
-      double seen = 0, waited_before = 0, reported = 0;
+    watchdog_ = std::thread([this, seconds, processor] {
+      double seen = 0, used_before = 0, noted = 0, counted = 0;
       while (!is_ending_) {
         std::this_thread::sleep_for(std::chrono::milliseconds(50));
-        const double last = beat_.load(), waited = waited_for_processor();
+        const double last = beat_.load(), used = seconds_of(processor);
         if (last != seen) {
           seen = last;
-          waited_before = waited;
+          used_before = used;
         }
-        // What others use of the processors is no fault of this program.
-        const double busy = seconds_of(CLOCK_MONOTONIC) - last - (waited - waited_before);
-        if (busy < seconds || last == reported || !is_within_) continue;
-        reported = last;
+        const double lasted = seconds_of(CLOCK_MONOTONIC) - last, computed = used - used_before;
+        if (lasted < seconds || !is_within_) continue;
+        if (last != noted) {
+          noted = last;
+          std::fprintf(stderr, "Note: an event has lasted for %.1f s, and computed for %.1f s:\n",
+                       lasted, computed);
+          pthread_kill(gui_, SIGUSR2);
+          std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+        if (last == counted || (computed < seconds && lasted < kLongest)) continue;
+        counted = last;
         ++hangs_;
-        std::fprintf(stderr, "The GUI thread has been busy or blocked for %.1f s in an event:\n",
-                     busy);
-        pthread_kill(gui_, SIGUSR2);
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        std::fprintf(stderr, "It hangs: it has lasted for %.1f s, and computed for %.1f s.\n",
+                     lasted, computed);
       }
     });
   }
@@ -126,13 +132,7 @@ class MeteredApplication : public QApplication {
   [[nodiscard]] int hangs() const { return hangs_; }
 
  private:
-  /// Time in which the GUI thread could run, but no processor was free [s].
-  [[nodiscard]] double waited_for_processor() const {
-    std::ifstream file(waited_file_);
-    double ran = 0, waited = 0;
-    file >> ran >> waited;
-    return 1e-9 * waited;
-  }
+  static constexpr double kLongest = 60;  ///< an event that is no hang, by the clock [s]
   void beat() {
     beat_ = seconds_of(CLOCK_MONOTONIC);
     is_within_ = depth_ > 0;
@@ -145,7 +145,6 @@ class MeteredApplication : public QApplication {
   std::atomic<bool> is_within_{false}, is_ending_{false};
   std::atomic<int> hangs_{0};
   std::thread watchdog_;
-  std::string waited_file_;
   pthread_t gui_{};
 };
 

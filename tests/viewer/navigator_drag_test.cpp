@@ -13,6 +13,7 @@
 #include <QLineEdit>
 #include <QMenu>
 #include <QMimeData>
+#include <QPersistentModelIndex>
 #include <QPlainTextEdit>
 #include <QPushButton>
 #include <QToolButton>
@@ -206,7 +207,7 @@ TEST_F(DragTest, StepsSegmentsAndNodesAreReordered) {
         {"steps",
          List{wait(1), Map{{"step", "repeat"}, {"count", 2}, {"steps", List{wait(2)}}}, wait(3)}}});
   settle();
-  const QModelIndex task = row({"Tasks", "job"});
+  const QPersistentModelIndex task = row({"Tasks", "job"});
   ASSERT_TRUE(task.isValid());
   tree().expand(task);
   ASSERT_TRUE(until([&] { return tree().model()->rowCount(task) == 3; }));
@@ -240,7 +241,7 @@ TEST_F(DragTest, StepsSegmentsAndNodesAreReordered) {
                      List{Map{{"kind", "box"}, {"name", "one"}, {"x", 1}, {"y", 1}, {"z", 1}},
                           Map{{"kind", "box"}, {"name", "two"}, {"x", 1}, {"y", 1}, {"z", 2}}}}}}});
   settle();
-  const QModelIndex cut = row({"Solids", "body", "cut"});
+  const QPersistentModelIndex cut = row({"Solids", "body", "cut"});
   ASSERT_TRUE(cut.isValid());
   ASSERT_TRUE(until([&] { return tree().model()->rowCount(cut) == 2; }));
   drop_on_row(tree().model()->index(1, 0, cut), cut, 0);

@@ -45,7 +45,7 @@
 namespace robomosp::viewer {
 namespace {
 
-constexpr double kLongestHang = 2;  ///< [s]
+constexpr double kLongestHang = 2;  ///< time of the processor [s]
 
 /// What ends the program, leaves it, or writes to files and networks.
 bool is_forbidden(const QString& name) {

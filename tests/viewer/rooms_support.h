@@ -65,13 +65,13 @@ class RoomsTest : public testing::Test {
     window_.reset();
     desk_.reset();
   }
-  bool until(const std::function<bool()>& is_so) {
-    return QTest::qWaitFor(is_so, kRoomsPatienceMs);
+  bool until(const std::function<bool()>& is_so, int patience_ms = kRoomsPatienceMs) {
+    return QTest::qWaitFor(is_so, patience_ms);
   }
   void settle() {
     int settled = 0;
     EXPECT_TRUE(until([&] {
-      settled = window_->is_settled() ? settled + 1 : 0;
+      settled = window_->is_settled() && !desk_->has_calls() ? settled + 1 : 0;
       return settled > 3;
     })) << "the window does not come to rest";
   }

@@ -20,8 +20,12 @@
 #include "viewer/desktop/console_signature.h"
 #include "viewer/desktop/help_panel.h"
 #include "viewer/desktop/shortcuts.h"
+#include "viewer/desktop/status_line.h"
 #include "viewer/forms/command_form.h"
 #include "viewer/forms/command_palette.h"
+#include "viewer/forms/properties_panel.h"
+#include "viewer/forms/schema_form.h"
+#include "viewer/widgets/number_field.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -67,6 +71,77 @@ TEST_F(RoomsTest, AFormWaitsForTheWindowWithoutWaitingForItself) {
     ASSERT_TRUE(until([&] { return !form.is_running(); })) << "it waits for itself";
     EXPECT_TRUE(form.outcome().contains("Done")) << form.outcome().toStdString();
   }
+}
+
+/// F2 renames, Delete deletes and letters change the view, but not where a number is typed.
+TEST_F(RoomsTest, KeysOfANumberFieldAreNoShortcutsOfTheWindow) {
+  const Handle solid = made(
+      "solid.create",
+      {{"name", "block"},
+       {"root", Map{{"kind", "box"}, {"name", "body"}, {"x", 0.2}, {"y", 0.2}, {"z", 0.2}}}});
+  window_->navigator().tree().setFocus();
+  desk_->select({{solid, {}}});
+  settle();
+  ASSERT_TRUE(until([&] { return action("rename")->isEnabled(); }));
+  ASSERT_TRUE(action("delete")->isEnabled());
+  const bool was_perspective = action("perspective")->isChecked();
+  desk_->select({{solid, "nodes.body"}});
+  NumberField* x = nullptr;
+  ASSERT_TRUE(until([&] {
+    const SchemaForm* form = window_->properties().form();
+    x = form ? dynamic_cast<NumberField*>(form->field("x")) : nullptr;
+    return x && x->isVisible();
+  }));
+  settle();
+  QApplication::setActiveWindow(window_.get());
+  for (const auto& [key, text] : {std::pair(Qt::Key_F2, ""), {Qt::Key_P, "p"}, {Qt::Key_F, "f"}}) {
+    QTest::keyClick(x, key);
+    auto* line = x->findChild<QLineEdit*>();
+    ASSERT_TRUE(x->is_editing() && line) << text;
+    if (*text) EXPECT_EQ(line->text(), text);
+    QTest::keyClick(line, Qt::Key_Escape);
+    ASSERT_TRUE(until([&] { return !x->is_editing(); }));
+  }
+  QTest::keyClick(x, Qt::Key_Delete);
+  settle();
+  EXPECT_EQ(action("perspective")->isChecked(), was_perspective);
+  EXPECT_TRUE(app().document.now()->find(Kind::solid, "block"));
+  const Value tree = called("solid.tree", {{"id", solid}});
+  EXPECT_DOUBLE_EQ(number_at(map_of(tree), "x"), 0.2);
+}
+
+TEST_F(RoomsTest, AMessageBeforeTheStatusLineIsShownIsNotDrawnOverItsLabels) {
+  StatusLine line;
+  auto* label = new QLabel("mm");
+  line.addWidget(label);
+  line.showMessage("Opening a script");
+  line.show();
+  EXPECT_FALSE(label->isVisible());
+  line.clearMessage();
+  EXPECT_TRUE(label->isVisible());
+}
+
+TEST_F(RoomsTest, ClosingDuringALongInputClosesOrAsks) {
+  const auto run_long = [this] {
+    window_->console().run("local t = os.clock() while os.clock() - t < 600 do end");
+    ASSERT_TRUE(until([&] { return desk_->has_calls(); }));
+  };
+  made("material.create", {{"name", "tin"}, {"density", 7300.0}});
+  settle();
+  ASSERT_TRUE(until([&] { return desk_->has_unsaved(); }));
+  run_long();
+  window_->close();
+  ASSERT_TRUE(until([&] { return widget("guard_discard")->isVisible(); }));
+  EXPECT_TRUE(window_->isVisible());
+  click("guard_stay");
+  desk_->client().cancel_all();
+  ASSERT_TRUE(until([&] { return !desk_->has_calls(); }));
+  called("document.clear", {});
+  settle();
+  ASSERT_TRUE(until([&] { return !desk_->has_unsaved(); }));
+  run_long();
+  window_->close();
+  EXPECT_TRUE(until([&] { return !window_->isVisible(); }));
 }
 
 TEST_F(RoomsTest, LinksBackForwardAndSearchGoThroughThePages) {

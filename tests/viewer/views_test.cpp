@@ -27,7 +27,7 @@ class ViewsTest : public testing::Test {
     display->resize(800, 600);
     display->set_frame(synthetic::robot_cell());
     display->show();
-    ASSERT_TRUE(QTest::qWaitFor([&] { return display->pictures_drawn() > 0; }, 20000));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return display->pictures_drawn() > 0; }, 60000));
     settle();
   }
   void settle() const {

@@ -95,7 +95,7 @@ class WindowHarness {
     int settled = 0;
     return until(
         [&] {
-          settled = window_->is_settled() ? settled + 1 : 0;
+          settled = window_->is_settled() && !desk_->has_calls() ? settled + 1 : 0;
           return settled > 3;
         },
         patience_ms);
