@@ -386,8 +386,9 @@ Result<void> Application::Call::name_robot() {
       std::any_of(world->robots.begin(), world->robots.end(),
                   [text](const model::PlacedRobot& r) { return r.name == *text; }))
     return {};
-  const auto found = text ? app_.resolve(now, "robot", *given) : Result<Handle>(*handle);
-  if (!found.ok()) return {};  // the command reports it
+  auto found = text ? handle_by_name(now, "robot", *text) : std::optional(*handle);
+  if (!found) found = handle_from_text(app_.handle_kinds, *text);
+  if (!found || found->kind != "robot") return {};  // the command reports it
   auto id = record_id(now, *found);
   if (!id.ok()) return std::move(id).error().in("robot").in(spec_.name);
   std::string name = now.find(*id)->name;

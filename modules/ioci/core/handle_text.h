@@ -20,6 +20,10 @@ namespace robomosp::ioci {
 /// "world:cell" -> {Kind::world, "cell"}: a record by its kind and name, for names that records of
 /// several kinds have.
 [[nodiscard]] std::optional<std::pair<Kind, std::string_view>> kind_and_name(std::string_view s);
+/// The record of one of the kinds with this name, or "kind:name"; of several the first kind's.
+/// nullopt = there is none. Unlike Application::resolve() it looks for no reason why.
+[[nodiscard]] std::optional<Handle> handle_by_name(const document::Snapshot&,
+                                                   std::string_view kinds, std::string_view name);
 /// The text that refers to a record wherever its kind is taken: its name, or "world:cell" where a
 /// record of another kind has that name. nullopt = the record is not there.
 [[nodiscard]] std::optional<std::string> reference_text(const document::Snapshot&, const Handle&);

@@ -49,6 +49,18 @@ std::optional<std::pair<Kind, std::string_view>> kind_and_name(std::string_view 
   return kind ? std::optional(std::pair(*kind, s.substr(colon + 1))) : std::nullopt;
 }
 
+std::optional<Handle> handle_by_name(const document::Snapshot& snapshot, std::string_view kinds,
+                                     std::string_view s) {
+  // Names have neither ":" nor "#", so that the forms of texts are told apart.
+  const auto given = kind_and_name(s);
+  if (given && kinds_include(kinds, to_string(given->first)))
+    if (const auto id = snapshot.find(given->first, given->second)) return model::handle(*id);
+  for (const Kind k : all_kinds())
+    if (kinds_include(kinds, to_string(k)))
+      if (const auto id = snapshot.find(k, s)) return model::handle(*id);
+  return std::nullopt;
+}
+
 std::optional<std::string> reference_text(const document::Snapshot& snapshot, const Handle& h) {
   const auto kind = kind_from(h.kind);
   const model::Record* r = kind ? snapshot.find(AnyId{*kind, h.number}) : nullptr;
@@ -105,19 +117,14 @@ Result<Handle> Application::resolve(const document::Snapshot& snapshot, std::str
     return error(ErrorCode::invalid_argument,
                  value.text() + " is not the name of " + document::with_article(kinds_text(kinds)),
                  "Give its name or a handle.");
-  // Names have neither ":" nor "#", so that the forms of texts are told apart.
-  const auto given = kind_and_name(*name);
-  if (given && kinds_include(kinds, to_string(given->first)))
-    if (const auto id = snapshot.find(given->first, given->second)) return handle(*id);
-  for (const Kind k : all_kinds())
-    if (kinds_include(kinds, to_string(k)))
-      if (const auto id = snapshot.find(k, *name)) return handle(*id);
+  if (const auto h = handle_by_name(snapshot, kinds, *name)) return *h;
   if (const auto h = handle_from_text(handle_kinds, *name)) return check_handle(*h);
   for (const HandleKinds::Entry& entry : handle_kinds.all())
     if (kinds_include(kinds, entry.kind) && kinds != "any")
       if (const auto number = text::read_int(*name); number && *number > 0)
         return check_handle(Handle{entry.kind, static_cast<std::uint64_t>(*number)});
 
+  const auto given = kind_and_name(*name);
   if (given && !kinds_include(kinds, to_string(given->first)))
     return error(ErrorCode::invalid_argument,
                  text::quote(*name) + " is " + document::with_article(to_string(given->first)) +

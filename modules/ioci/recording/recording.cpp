@@ -137,8 +137,11 @@ std::int64_t bytes_of(const recording::Recording& r) {
 
 Result<Value> list(CommandContext& ctx, const Map&) {
   List out;
-  const auto memory = read_memory();
-  const double total = memory ? static_cast<double>(memory->total) : 0;
+  // Read once: it takes longer than the list.
+  static const double total = [] {
+    const auto memory = read_memory();
+    return memory ? static_cast<double>(memory->total) : 0.0;
+  }();
   for (const auto& [number, r] : ctx.app.recordings.list()) {
     const std::int64_t bytes = bytes_of(*r);
     out.emplace_back(Map{{"recording", Handle{"recording", number}},
