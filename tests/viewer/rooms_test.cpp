@@ -98,7 +98,9 @@ TEST_F(RoomsTest, KeysOfANumberFieldAreNoShortcutsOfTheWindow) {
     QTest::keyClick(x, key);
     auto* line = x->findChild<QLineEdit*>();
     ASSERT_TRUE(x->is_editing() && line) << text;
-    if (*text) EXPECT_EQ(line->text(), text);
+    if (*text) {
+      EXPECT_EQ(line->text(), text);
+    }
     QTest::keyClick(line, Qt::Key_Escape);
     ASSERT_TRUE(until([&] { return !x->is_editing(); }));
   }
