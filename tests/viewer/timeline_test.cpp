@@ -27,6 +27,7 @@
 #include <QScrollArea>
 #include <QTemporaryDir>
 #include <QTest>
+#include <QThread>
 #include <QToolButton>
 #include <QWheelEvent>
 
@@ -635,6 +636,26 @@ TEST_F(TimelineTest, AFilmAndAPictureOfALiveRunAreOfItsRowsSoFar) {
     const Value* recording = form.values().find("recording");
     return !recording || recording->is_nil();
   }));
+  called("run.remove", {{"id", run}});
+  settle();
+}
+
+/// An event may be delivered before the answer to an earlier question, which is then out of date.
+TEST_F(TimelineTest, AnAnswerThatAnEventOvertookDoesNotMoveTheTimeBack) {
+  shown_run();
+  const Handle run =
+      made("world.start_run", {{"id", world_},
+                               {"of", "inverse_kinematics"},
+                               {"with", Map{{"robot", "pa10"}, {"trajectory", "circle"}}}});
+  timeline().on_open(run);
+  ASSERT_TRUE(player().is_run());  // it has asked for the state
+  const auto answer = desk_->ask("run.seek", {{"id", run}, {"time", 1.0}}, {});
+  QElapsedTimer clock;
+  clock.start();
+  while (!answer.result() && clock.elapsed() < kPatienceMs) QThread::msleep(1);  // no delivery
+  ASSERT_TRUE(answer.result() && answer.result()->ok());
+  settle();
+  EXPECT_EQ(player().time(), 1.0);
   called("run.remove", {{"id", run}});
   settle();
 }

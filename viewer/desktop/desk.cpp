@@ -135,8 +135,9 @@ void Desk::select(Selection selection, const QObject* from) {
 }
 
 void Desk::ask_unsaved() {
-  ask("document.unsaved", {}, [this, edits = edits_](const Result<Value>& r) {
+  ask("document.unsaved", {}, [this, edits = edits_, news = unsaved_news_](const Result<Value>& r) {
     if (!r.ok()) return;
+    if (news != unsaved_news_) return ask_unsaved();  // an event since then is newer
     unsaved_.clear();
     if (edits == edits_) edited_.clear();
     for (const Value& row : list_of(*r))
@@ -161,6 +162,7 @@ void Desk::take_unsaved(const ioci::Event& event) {
     unsaved_timer_.start();
     if (is_other) unsaved_changed();
   } else if (event.topic == Topic::unsaved && event.notice) {
+    ++unsaved_news_;
     for (const Value& v : list_at(event.notice->facts, "unsaved"))
       if (const Handle* h = v.as_handle()) unsaved_.insert(*h);
     for (const Value& v : list_at(event.notice->facts, "saved"))

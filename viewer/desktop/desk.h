@@ -135,6 +135,7 @@ class Desk : public QObject {
   Selection selection_, hovered_;
   RecordSet unsaved_, edited_;
   int edits_ = 0;         ///< counts changes
+  int unsaved_news_ = 0;  ///< counts events about what is unsaved
   QTimer unsaved_timer_;  ///< until the edits are over
   std::size_t calls_ = 0;
   int evaluating_ = 0;                                ///< inputs of the console that have not ended

@@ -54,7 +54,8 @@ void RunPull::set_run(const std::optional<Handle>& run) {
   if (!run_) return;
   const QPointer<RunPull> self = this;
   desk_.ask("run.state", {{"id", *run_}}, [self, run = *run_](const Result<Value>& r) {
-    if (self && r.ok() && self->run_ == run) self->take(map_of(*r));
+    // What an event said meanwhile is newer.
+    if (self && r.ok() && self->run_ == run && !self->is_known_) self->take(map_of(*r));
   });
 }
 

@@ -36,7 +36,9 @@ RunDriver::RunDriver(Desk& desk, Handle run, Player& player, QObject* parent)
   // A drag is many seeks for the window, and one act at its end.
   connect(&seek_end_, &QTimer::timeout, this, [this] { end_drag(); });
   desk_.events.add(this, [this](const ioci::Event& e) {
-    if (e.topic == ioci::Topic::run && e.run && e.run->run == run_.number) take(e.run->state);
+    if (e.topic != ioci::Topic::run || !e.run || e.run->run != run_.number) return;
+    newest_ = e.run;
+    take(newest_->state);
   });
   ask_state();
 }
@@ -50,9 +52,11 @@ void RunDriver::ask_state() {
               if (!times.empty()) self->first_ = times.front();
             });
   desk_.ask("run.state", {{"id", run_}}, [self](const Result<Value>& r) {
-    if (self && r.ok()) self->take(map_of(*r));
+    if (self && r.ok()) self->take_answer(map_of(*r));
   });
 }
+
+void RunDriver::take_answer(const Map& state) { take(newest_ ? newest_->state : state); }
 
 void RunDriver::take(const Map& state) {
   // While the user drags, the flag is where the mouse is.
@@ -71,6 +75,7 @@ void RunDriver::seek(double time) {
     return;
   }
   is_seeking_ = true;
+  newest_ = nullptr;
   const QPointer<RunDriver> self(this);
   desk_.ask("run.seek", {{"id", run_}, {"time", time}}, [self](const Result<Value>& r) {
     if (!self) return;
@@ -80,7 +85,7 @@ void RunDriver::seek(double time) {
       return self->desk_.failed(r.error());
     }
     if (const auto next = std::exchange(self->wanted_time_, std::nullopt)) self->seek(*next);
-    else self->take(map_of(*r));
+    else self->take_answer(map_of(*r));
   });
 }
 

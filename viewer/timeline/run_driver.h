@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include <QObject>
@@ -25,6 +26,9 @@ class RunDriver : public QObject {
 
  private:
   void take(const Map& state);
+  /// Takes the state that a command returned. An event that came meanwhile is newer: it may be
+  /// delivered before the answer to an earlier question.
+  void take_answer(const Map& state);
   void seek(double time);
   void end_drag();
   void ask_state();
@@ -34,6 +38,7 @@ class RunDriver : public QObject {
   QPointer<Player> player_;
   std::optional<double> first_;        ///< time of the first row [s]
   std::optional<double> wanted_time_;  ///< of the newest seek while one runs
+  std::shared_ptr<const ioci::RunState> newest_;  ///< of events since the last question
   bool is_seeking_ = false;
   double seek_time_ = 0;  ///< [s]
   QTimer seek_end_;       ///< until a drag counts as ended
