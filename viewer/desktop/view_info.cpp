@@ -12,6 +12,7 @@
 #include "viewer/desktop/values.h"
 #include "viewer/gizmo/view_tools.h"
 #include "viewer/theme/theme.h"
+#include "viewer/widgets/number_fields.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -23,18 +24,17 @@ QString fixed_number(double v, int digits, int width) {
   return shown_number(v, digits).rightJustified(width);
 }
 
-/// Turns about z, y and x [rad], as poses are written elsewhere in the window.
-QString angles_text(double a, double b, double c) {
+}  // namespace
+
+QString angles_text(const Vec3& abc, bool is_aligned) {
   QString text;
-  for (const auto& [name, angle] : {std::pair{"A ", a}, {"  B ", b}, {"  C ", c}}) {
+  for (const auto& [name, angle] : {std::pair{"A ", abc[0]}, {"  B ", abc[1]}, {"  C ", abc[2]}}) {
     double degrees = std::remainder(angle * 180 / std::numbers::pi, 360.0);
     if (degrees < -179.95) degrees += 360;  // one sign for half a turn
-    text += name + fixed_number(degrees, 1, text.isEmpty() ? 9 : 7);
+    text += name + fixed_number(degrees, 1, !is_aligned ? 0 : text.isEmpty() ? 9 : 7);
   }
   return text + " deg";
 }
-
-}  // namespace
 
 ViewInfo::ViewInfo(Desk& desk, QWidget* parent) : QWidget(parent), desk_(desk) {
   setObjectName("view_info");
@@ -148,7 +148,7 @@ void ViewInfo::refresh() {
                "  z " + fixed_number(1e3 * *z, 1, 7) + " mm";
     }
     const auto roll = at("roll"), pitch = at("pitch"), yaw = at("yaw");
-    if (roll && pitch && yaw) lines += angles_text(*yaw, *pitch, *roll);
+    if (roll && pitch && yaw) lines += angles_text({*yaw, *pitch, *roll}, true);
   } else if (!recording_ && placed_) {
     title = placed_->name;
     const Pose& pose = placed_->world_T_own;
@@ -156,11 +156,7 @@ void ViewInfo::refresh() {
              fixed_number(1e3 * pose.p[1], 1, 7) + "  z " + fixed_number(1e3 * pose.p[2], 1, 7) +
              " mm";
     if (placed_->has_angles) {
-      const auto& r = pose.R;
-      const double level = std::hypot(r[0], r[3]);
-      const bool is_upright = level > 1e-9;
-      lines += angles_text(is_upright ? std::atan2(r[3], r[0]) : std::atan2(-r[1], r[4]),
-                           std::atan2(-r[6], level), is_upright ? std::atan2(r[7], r[8]) : 0);
+      lines += angles_text(angles_about_zyx(pose), true);
     }
   }
   if (lines == lines_ && title == shown_title_ && isVisible() == !lines.isEmpty()) return;

@@ -14,6 +14,10 @@
 
 namespace robomosp::viewer {
 
+/// Angles A, B, C about z, y, x [rad] in degrees; aligned, they are as wide for every value, so that
+/// decimals do not jump.
+[[nodiscard]] QString angles_text(const Vec3& abc, bool is_aligned);
+
 /// [GUI thread]
 class ViewInfo : public QWidget {
  public:

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -34,6 +33,7 @@
 #include "viewer/scene/linear.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
+#include "viewer/widgets/number_fields.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -421,19 +421,10 @@ std::optional<Pose> ViewTab::selected_pose() const {
 QString ViewTab::selection_pose() const {
   const std::optional<Pose> found = selected_pose();
   if (!found) return {};
-  constexpr double kDegrees = 180 / std::numbers::pi;
-  const auto& r = found->R;
-  const double pitch = std::atan2(-r[6], std::hypot(r[0], r[3]));
-  const bool is_upright = std::hypot(r[0], r[3]) > 1e-9;
-  const double roll = is_upright ? std::atan2(r[7], r[8]) : 0;
-  const double yaw = is_upright ? std::atan2(r[3], r[0]) : std::atan2(-r[1], r[4]);
-  const auto number = [](double v, int digits) {
-    QString text = QString::number(v, 'f', digits);
-    return text.replace('-', QChar(0x2212));
-  };
-  return QString("x %1  y %2  z %3 mm   roll %4  pitch %5  yaw %6 deg")
-      .arg(number(1e3 * found->p[0], 1), number(1e3 * found->p[1], 1), number(1e3 * found->p[2], 1),
-           number(kDegrees * roll, 1), number(kDegrees * pitch, 1), number(kDegrees * yaw, 1));
+  return QString("x %1  y %2  z %3 mm   ")
+             .arg(shown_number(1e3 * found->p[0], 1), shown_number(1e3 * found->p[1], 1),
+                  shown_number(1e3 * found->p[2], 1)) +
+         angles_text(angles_about_zyx(*found), false);
 }
 
 void ViewTab::show_selection() {

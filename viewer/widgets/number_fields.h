@@ -102,6 +102,10 @@ class MatrixField : public Field {
   QWidget* tools_;
 };
 
+/// Angles A, B, C about z, y, x of R = Rz(A) Ry(B) Rx(C) [rad]; A is 0 where only the sum of A and
+/// C counts.
+[[nodiscard]] Vec3 angles_about_zyx(const Pose& pose);
+
 /// Position and orientation: as angles A, B, C about z, y, x, as a quaternion, as an axis with an
 /// angle, or as a matrix. Other representations that commands take (cylindrical, Euler angles ...)
 /// are kept until an edit.

@@ -43,16 +43,6 @@ NumberFormat share_format() {
   return f;
 }
 
-/// Yaw, pitch, roll of R = Rz(A) Ry(B) Rx(C) [rad]; A is 0 where only the sum of A and C counts.
-Vec3 angles_about_zyx(const Pose& pose) {
-  const auto& r = pose.R;
-  const double s = std::hypot(r[0], r[3]);
-  const double b = std::atan2(-r[6], s);
-  constexpr double kSingular = 1e-9;
-  if (s < kSingular) return {0, b, std::atan2(-r[5], r[4])};
-  return {std::atan2(r[3], r[0]), b, std::atan2(r[7], r[8])};
-}
-
 /// w, x, y, z with w >= 0.
 std::array<double, 4> quaternion_of(const Pose& pose) {
   const auto& r = pose.R;
@@ -131,6 +121,15 @@ List list_of(const Vec3& v) { return {Value(v[0]), Value(v[1]), Value(v[2])}; }
 double tidy(double v) { return std::fabs(v) < 1e-12 ? 0.0 : v; }
 
 }  // namespace
+
+Vec3 angles_about_zyx(const Pose& pose) {
+  const auto& r = pose.R;
+  const double s = std::hypot(r[0], r[3]);
+  const double b = std::atan2(-r[6], s);
+  constexpr double kSingular = 1e-9;
+  if (s < kSingular) return {0, b, std::atan2(-r[5], r[4])};
+  return {std::atan2(r[3], r[0]), b, std::atan2(r[7], r[8])};
+}
 
 PoseField::PoseField(QWidget* parent) : Field(parent) {
   const Theme& t = theme();
