@@ -107,7 +107,7 @@ class WebSocket:
 class Page:
     def __init__(self, url):
         host, port, path = re.match(r"ws://([^:/]+):(\d+)(/.*)", url).groups()
-        self.socket = WebSocket(host, int(port), path, timeout=30)
+        self.socket = WebSocket(host, int(port), path, timeout=120)
         self.number = 0
         self.events = []
         self.ask("Runtime.enable")
