@@ -124,6 +124,22 @@ TEST(Events, MessagesBeyondTheBoundAreLeftOutAndCounted) {
   EXPECT_EQ(all.front().left_out + all.size(), 1000U);
 }
 
+TEST(Events, APulseOfARunDoesNotComeBeforeAnOlderState) {
+  Events events;
+  const auto token = events.subscribe({});
+  const auto publish = [&](double time, bool is_pulse) {
+    events.publish(RunState{.run = 3, .state = Map{{"time", time}}, .is_pulse = is_pulse});
+  };
+  publish(1, true);
+  publish(2, true);
+  publish(3, false);  // of a command
+  publish(4, true);
+  publish(5, true);
+  std::vector<double> times;
+  for (const Event& e : *events.take(token)) times.push_back(e.run->state.find("time")->number());
+  EXPECT_EQ(times, (std::vector<double>{2, 3, 5}));
+}
+
 TEST(Events, OfAJobTheNewestStateIsKept) {
   Events events;
   const auto token = events.subscribe({.most = 10});

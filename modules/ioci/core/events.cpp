@@ -205,11 +205,12 @@ void Events::bound(Subscription& s) {
 
 void Events::push(Subscription& s, Event event) {
   if (event.run && event.run->is_pulse)
-    for (Event& e : s.waiting)
-      if (e.run && e.run->is_pulse && e.run->run == event.run->run) {
-        e.run = std::move(event.run);
-        return;
-      }
+    for (auto e = s.waiting.rbegin(); e != s.waiting.rend(); ++e) {
+      if (!e->run || e->run->run != event.run->run) continue;
+      if (!e->run->is_pulse) break;  // an older state would come after the new one
+      e->run = std::move(event.run);
+      return;
+    }
   constexpr auto kAppended = RecordingChange::What::appended;
   if (event.recording && event.recording->what == kAppended)
     for (auto e = s.waiting.rbegin(); e != s.waiting.rend(); ++e) {

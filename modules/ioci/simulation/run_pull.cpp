@@ -118,7 +118,8 @@ Result<sim::Pull> body_of(const CommandContext& ctx, const LiveRunEntry& run, co
 }
 
 void publish(CommandContext& ctx, const Map& args, const LiveRunEntry& run) {
-  (void)ctx.app.kept<RunPulse>().publish(args.find("id")->as_handle()->number, run);
+  if (ctx.app.events.run_rate() > 0)
+    (void)ctx.app.kept<RunPulse>().publish(args.find("id")->as_handle()->number, run);
 }
 
 Result<Value> pull(CommandContext& ctx, const Map& args) {
