@@ -68,6 +68,8 @@ TEST_F(RoomsTest, AFormWaitsForTheWindowWithoutWaitingForItself) {
     ASSERT_TRUE(until([&] { return form.command() == "window.settle" && form.form(); }));
     form.fill(Map{{"at_most", 600.0}});
     form.run(is_job);
+    // Neither does it wait for what waits behind it.
+    (void)desk_->ask("document.history", {}, {});
     ASSERT_TRUE(until([&] { return !form.is_running(); })) << "it waits for itself";
     EXPECT_TRUE(form.outcome().contains("Done")) << form.outcome().toStdString();
   }
@@ -105,6 +107,8 @@ TEST_F(RoomsTest, KeysOfANumberFieldAreNoShortcutsOfTheWindow) {
     ASSERT_TRUE(until([&] { return !x->is_editing(); }));
   }
   QTest::keyClick(x, Qt::Key_Delete);
+  // With Ctrl it is the window's again.
+  QTest::keyClick(x, Qt::Key_Up, Qt::ControlModifier);
   settle();
   EXPECT_EQ(action("perspective")->isChecked(), was_perspective);
   EXPECT_TRUE(app().document.now()->find(Kind::solid, "block"));
@@ -135,7 +139,10 @@ TEST_F(RoomsTest, ClosingDuringALongInputClosesOrAsks) {
   window_->close();
   ASSERT_TRUE(until([&] { return widget("guard_discard")->isVisible(); }));
   EXPECT_TRUE(window_->isVisible());
+  // Who stays is not asked by an earlier wish to close.
+  window_->close();
   click("guard_stay");
+  EXPECT_FALSE(QTest::qWaitFor([&] { return widget("guard_discard")->isVisible(); }, 1000));
   desk_->client().cancel_all();
   ASSERT_TRUE(until([&] { return !desk_->has_calls(); }));
   called("document.clear", {});

@@ -382,11 +382,15 @@ void NumberField::begin_edit(const QString& typed) {
 
 namespace {
 
+/// Whether a key is held with one that makes a shortcut of it.
+bool has_modifiers(const QKeyEvent& key) {
+  return key.modifiers() & (Qt::ControlModifier | Qt::AltModifier | Qt::MetaModifier);
+}
+
 /// Whether a key types a value.
 bool is_typing(const QKeyEvent& key) {
   const QString typed = key.text();
-  return !typed.isEmpty() && typed[0].isPrint() && !typed[0].isSpace() &&
-         !(key.modifiers() & (Qt::ControlModifier | Qt::AltModifier));
+  return !typed.isEmpty() && typed[0].isPrint() && !typed[0].isSpace() && !has_modifiers(key);
 }
 
 /// The name that ends at the cursor: "bo" of "2*bo|+1"; empty after a digit or an operator.
@@ -584,19 +588,20 @@ void NumberField::mouseReleaseEvent(QMouseEvent* event) {
 }
 
 bool NumberField::uses(const QKeyEvent& key) const {
+  if (key.key() == Qt::Key_Escape) return is_dragged_;
+  if (has_modifiers(key)) return key.matches(QKeySequence::Copy);
   switch (key.key()) {
-    case Qt::Key_Escape: return is_dragged_;
     case Qt::Key_Up:
     case Qt::Key_Down:
     case Qt::Key_PageUp:
     case Qt::Key_PageDown:
-    case Qt::Key_F2: return true;
+    case Qt::Key_F2:
     case Qt::Key_Return:
-    case Qt::Key_Enter: return !(key.modifiers() & Qt::ControlModifier);
+    case Qt::Key_Enter:
     // Also where nothing can be taken away: the window would delete what is selected.
     case Qt::Key_Delete:
     case Qt::Key_Backspace: return true;
-    default: return key.matches(QKeySequence::Copy) || is_typing(key);
+    default: return is_typing(key);
   }
 }
 
@@ -610,39 +615,30 @@ bool NumberField::event(QEvent* event) {
 }
 
 void NumberField::keyPressEvent(QKeyEvent* event) {
+  // What the line of an edit leaves over would change the value below it.
+  if (edit_ || !uses(*event)) return Field::keyPressEvent(event);
   const double fine = event->modifiers() & Qt::ShiftModifier ? 0.1 : 1;
+  if (event->matches(QKeySequence::Copy)) return copy();
   switch (event->key()) {
     case Qt::Key_Escape:
-      if (is_dragged_) {
-        is_dragged_ = is_pressed_ = false;
-        decimals_ = -1;
-        value_ = before_drag_;
-        show_value();
-        notify(Stage::drag_cancelled);
-        return;
-      }
-      break;
+      is_dragged_ = is_pressed_ = false;
+      decimals_ = -1;
+      value_ = before_drag_;
+      show_value();
+      return notify(Stage::drag_cancelled);
     case Qt::Key_Up: return step_by(fine);
     case Qt::Key_Down: return step_by(-fine);
     case Qt::Key_PageUp: return step_by(10 * fine);
     case Qt::Key_PageDown: return step_by(-10 * fine);
-    case Qt::Key_F2: return begin_edit();
+    case Qt::Key_F2:
     case Qt::Key_Return:
-    case Qt::Key_Enter:
-      if (event->modifiers() & Qt::ControlModifier) break;
-      return begin_edit();
+    case Qt::Key_Enter: return begin_edit();
     case Qt::Key_Delete:
     case Qt::Key_Backspace:
       if (may_be_empty_ && value_) take_default();
       return;
-    default: break;
+    default: return begin_edit(event->text());
   }
-  if (event->matches(QKeySequence::Copy)) {
-    copy();
-    return;
-  }
-  if (is_typing(*event)) return begin_edit(event->text());
-  Field::keyPressEvent(event);
 }
 
 void NumberField::contextMenuEvent(QContextMenuEvent* event) {
