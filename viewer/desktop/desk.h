@@ -72,10 +72,9 @@ class Desk : public QObject {
   /// Evaluates an input of the console; `shown` as in LiveView::evaluate().
   Answer evaluate(std::string input, Done done, std::shared_ptr<List> shown = {});
   /// True if no call waits or runs, and all results and events have been delivered. While the
-  /// console evaluates an input or a script runs, the calls wait for that, and do not count.
+  /// console evaluates an input or a script runs, other calls wait for that and do not count.
   [[nodiscard]] bool is_idle() const {
-    return evaluating_ > 0 || scripts_ > 0 ? !client().has_news()
-                                           : calls_ == 0 && client().is_idle();
+    return evaluating_ > 0 || scripts_ > 0 ? !client().has_news() : client().is_idle();
   }
 
   /// True while any call has not ended, also inputs of the console and scripts.

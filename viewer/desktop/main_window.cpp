@@ -56,7 +56,7 @@ constexpr double kCloseIcon = 12;  ///< [px of the design]
 constexpr int kUndoAfterMs = 40;
 constexpr qsizetype kLongestTitle = 32;  ///< of the tab of a result [characters]
 constexpr int kSaveLayoutAfterMs = 800;
-/// How long the question of what is unsaved is waited for before closing.
+/// How long closing waits for the list of unsaved records.
 constexpr int kAnswerMs = 400;
 
 /// The head of a dock: its title, and a button that hides it.
@@ -1020,8 +1020,9 @@ void MainWindow::make_guard() {
   QPushButton& save = guard_->add_button("guard_save", "Save all and quit", "document.save{}");
   save.setProperty("filled", true);
   connect(&save, &QPushButton::clicked, this, [this] {
-    desk_.act("document.save", {}, [this](const Result<Value>& r) {
+    desk_.act("document.save", {}, [this, attempt = ++close_attempt_](const Result<Value>& r) {
       if (!r.ok()) return desk_.failed(r.error());
+      if (attempt != close_attempt_) return;  // the user stays
       // Records of the library are skipped: they are listed again then.
       ask_before_closing(true);
     });
@@ -1029,16 +1030,20 @@ void MainWindow::make_guard() {
   connect(&guard_->add_button("guard_discard", "Discard and quit", "Quit without saving"),
           &QPushButton::clicked, this, [this] { close_now(); });
   connect(&guard_->add_button("guard_stay", "Stay", "Continue working"), &QPushButton::clicked,
-          guard_, &QWidget::hide);
+          this, [this] {
+            ++close_attempt_;
+            guard_->hide();
+          });
 }
 
 void MainWindow::ask_before_closing(bool is_saved) {
-  const auto is_answered = std::make_shared<bool>(false);
+  const int attempt = ++close_attempt_;
   // A command that runs long holds up the answer: what events have reported is enough then. After
   // a save the answer comes at once, and events of it may be yet to come.
   if (!is_saved)
-    QTimer::singleShot(kAnswerMs, this, [this, is_answered] {
-      if (std::exchange(*is_answered, true)) return;
+    QTimer::singleShot(kAnswerMs, this, [this, attempt] {
+      if (attempt != close_attempt_) return;
+      ++close_attempt_;
       QStringList names;
       for (const Handle& record : desk_.unsaved()) {
         const auto rows = navigator_->model().rows_of({record, {}});
@@ -1049,8 +1054,9 @@ void MainWindow::ask_before_closing(bool is_saved) {
       if (names.isEmpty()) close_now();
       else show_guard(names, names);
     });
-  desk_.ask("document.unsaved", {}, *this, [this, is_saved, is_answered](const Result<Value>& r) {
-    if (std::exchange(*is_answered, true)) return;
+  desk_.ask("document.unsaved", {}, *this, [this, is_saved, attempt](const Result<Value>& r) {
+    if (attempt != close_attempt_) return;
+    ++close_attempt_;
     if (!r.ok()) {
       const QStringList why{"unknown records: " + shown(r.error().sentence())};
       return show_guard(why, why);

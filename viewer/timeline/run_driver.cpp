@@ -82,6 +82,7 @@ void RunDriver::seek(double time) {
     self->is_seeking_ = false;
     if (!r.ok()) {
       self->wanted_time_.reset();
+      if (self->newest_) self->take(self->newest_->state);
       return self->desk_.failed(r.error());
     }
     if (const auto next = std::exchange(self->wanted_time_, std::nullopt)) self->seek(*next);

@@ -784,13 +784,14 @@ bool Client::has_news() const {
 }
 
 bool Client::is_idle() const {
-  if (has_news()) return false;
   const State& s = *state_;
+  if (s.batch) return false;
   const auto waits_for_host = [&s](const Entry& e) {
     return s.options.waits_for_host && e.what == Entry::What::command &&
            s.options.waits_for_host(e.command);
   };
   const std::lock_guard lock(s.mutex);
+  if (s.has_events || !s.told.empty()) return false;
   const bool is_at_work = s.running ? !waits_for_host(*s.running) : !s.queue.empty();
   return !is_at_work && std::all_of(s.jobs.begin(), s.jobs.end(),
                                     [&](const auto& each) { return waits_for_host(*each.second); });
