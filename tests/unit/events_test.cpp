@@ -136,7 +136,8 @@ TEST(Events, APulseOfARunDoesNotComeBeforeAnOlderState) {
   publish(4, true);
   publish(5, true);
   std::vector<double> times;
-  for (const Event& e : *events.take(token)) times.push_back(e.run->state.find("time")->number());
+  const auto all = *events.take(token);
+  for (const Event& e : all) times.push_back(e.run->state.find("time")->number());
   EXPECT_EQ(times, (std::vector<double>{2, 3, 5}));
 }
 
