@@ -1281,8 +1281,11 @@ TEST_F(PullTest, ALinkOfALimpRobotIsPulled) {
   ASSERT_TRUE(until([&] { return pulls().size() == 1; }));
   EXPECT_EQ(text_at(map_of(pulls()[0]), "robot"), "arm");
   EXPECT_EQ(text_at(map_of(pulls()[0]), "link"), "lower");
-  called("run.step", {{"id", run_}, {"rows", 5}});
-  ASSERT_TRUE(until([&] { return number_at(map_of(pulls()[0]), "force") > 0; }));
+  // The first place that is sent may be where the link is.
+  ASSERT_TRUE(until([&] {
+    called("run.step", {{"id", run_}, {"rows", 5}});
+    return number_at(map_of(pulls()[0]), "force") > 0;
+  }));
   photograph("pull_link");
   release(at);
   ASSERT_TRUE(until([&] { return pulls().empty(); }));
