@@ -720,7 +720,7 @@ struct Asked {
 };
 
 /// The place of a text, with what is known of it. Tables of fields stay where they are, so that the
-/// address of a text nearly always tells it from others.
+/// address of a text nearly always distinguishes it from others.
 Asked& asked(std::string_view text) {
   constexpr std::size_t kPlaces = 1024;
   thread_local std::array<Asked, kPlaces> all;

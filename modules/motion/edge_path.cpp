@@ -49,7 +49,7 @@ double gap(const CsgEdgePoint& a, const CsgEdgePoint& b) {
   return norm(sub(a.position, b.position));
 }
 
-/// The edges as one chain, each turned so that it goes on where the one before ends.
+/// The edges as one chain, each turned so that it begins where the one before ends.
 Result<std::vector<Leg>> chain(const std::vector<CsgEdge>& all,
                                const std::vector<std::size_t>& chosen, bool is_reversed) {
   std::vector<Leg> legs;
@@ -209,7 +209,7 @@ class Builder {
     return {};
   }
 
-  /// To how the tool stands behind a corner: on the spot, or as far as its stand-off takes it.
+  /// To the pose of the tool after a corner: on the spot, or as far as its stand-off takes it.
   void turn_to(const Pose& to) {
     Pose there = to;
     if (stance_.stand_off == 0) there.p = last_.p;

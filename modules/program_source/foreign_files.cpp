@@ -222,7 +222,7 @@ class Backup {
               "The folder " + root(*offers).string() + " has more than " +
                   std::to_string(kMostOffering) +
                   " files of programs; routines and data of the others are not found. Copy the "
-                  "backup into a folder of its own.",
+                  "backup into a separate folder.",
               "program");
           return {};
         }

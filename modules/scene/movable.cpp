@@ -91,7 +91,7 @@ class Finder {
       if (!found || is_seen) found = m.get();
     });
     if (!found)
-      return nothing_to_move(snapshot_.describe(id_) + " has no place of its own here",
+      return nothing_to_move(snapshot_.describe(id_) + " cannot be placed by itself here",
                              "Select a part of it, or move it in a world.");
     const char* list = found->kind == MemberKind::robot        ? "robots."
                        : found->kind == MemberKind::trajectory ? "trajectories."

@@ -191,13 +191,18 @@ void measure_memory() {
 
 // --- rest --------------------------------------------------------------------------------------
 
-void measure_rest(ioci::Application& app) {
-  WindowHarness h(app, {1440, 900}, true);
+/// Opens the PA-10 on its circle.
+void open_pa10(WindowHarness& h) {
   ioci::OpenRequest request;
   request.what = "pa10_circle";
   h.window().open(std::move(request), false);
   h.until([&] { return h.window().current_view() != nullptr; });
   h.settle();
+}
+
+void measure_rest(ioci::Application& app) {
+  WindowHarness h(app, {1440, 900}, true);
+  open_pa10(h);
   std::size_t busiest_events = 0;
   double busiest = 0;
   std::string busiest_room, most_events;
@@ -315,11 +320,7 @@ NumberField* first_number(QWidget* form) {
 
 void measure_drags(ioci::Application& app) {
   WindowHarness h(app, {1440, 900}, true);
-  ioci::OpenRequest request;
-  request.what = "pa10_circle";
-  h.window().open(std::move(request), false);
-  h.until([&] { return h.window().current_view() != nullptr; });
-  h.settle();
+  open_pa10(h);
   const Handle block = h.made("solid.get", {{"name", "block"}});
   h.desk().select({{block, "nodes.blank"}});
   h.settle();
@@ -381,11 +382,7 @@ void stall_rows(const std::string& what, double limit) {
 
 void measure_stalls(ioci::Application& app) {
   WindowHarness h(app, {1440, 900}, true);
-  ioci::OpenRequest request;
-  request.what = "pa10_circle";
-  h.window().open(std::move(request), false);
-  h.until([&] { return h.window().current_view() != nullptr; });
-  h.settle();
+  open_pa10(h);
   h.window().console().run(
       "local t = os.clock() while os.clock() - t < 30 do end return 'the command has ended'");
   QTest::qWait(200);

@@ -19,7 +19,7 @@ namespace {
 class CallCosts : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!ROBOMOSP_COUNTS_MEMORY) GTEST_SKIP() << "a sanitizer has operators of its own";
+    if (!ROBOMOSP_COUNTS_MEMORY) GTEST_SKIP() << "a sanitizer has its own operators";
     ioci::ApplicationOptions options;
     options.plugins = false;
     auto app = ioci::Application::create(options);

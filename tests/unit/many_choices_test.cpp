@@ -231,7 +231,7 @@ TEST_F(ManyChoices, OfRecordsWithManyMembersCostWhatTheyList) {
     note("prefix \"" + std::string(prefix) + "\", a robot with many tools and poses",
          ask_all(arm, prefix));
   }
-  if (!ROBOMOSP_COUNTS_MEMORY) GTEST_SKIP() << "a sanitizer has operators of its own";
+  if (!ROBOMOSP_COUNTS_MEMORY) GTEST_SKIP() << "a sanitizer has its own operators";
   std::set<std::string> asked;
   for (const CommandSpec* spec : app().commands.list())
     for (const ParamSpec& p : spec->params) {
@@ -240,7 +240,7 @@ TEST_F(ManyChoices, OfRecordsWithManyMembersCostWhatTheyList) {
       if (it == given.end() || !asked.insert(it->first + " " + p.type).second) continue;
       Map args{
           {"command", spec->name}, {"argument", p.name}, {"given", it->second}, {"prefix", "zzz"}};
-      // Of bodies, each robot of the world has a prefix of its own.
+      // Of bodies, each robot of the world has its own prefix.
       const double most =
           kPerAnswer + (p.type.find("member:body") == std::string::npos ? 0 : kMany);
       EXPECT_LE(allocations(args), most) << spec->name << " " << p.name << " without a match";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The program robomosp-desktop as a child of a test, with a home folder of its own.
+// The program robomosp-desktop as a child of a test, with its own home folder.
 #pragma once
 
 #include <string>

@@ -54,7 +54,7 @@ inline std::unique_ptr<ioci::Application> start_program(
   return std::move(*made);
 }
 
-/// A window with a session and settings of its own.
+/// A window with its own session and settings.
 class WindowHarness {
  public:
   /// Fine pictures, the stills of views at rest, take long on software OpenGL.

@@ -52,7 +52,7 @@ constexpr std::array<Right, 7> kRights{
      {"files_read", "Read files", "Read files of its folder"},
      {"files_write", "Write files", "Write files of its folder"},
      {"processes", "Processes", "Start programs, such as a compiler"},
-     {"providers", "Solvers", "Offer solvers of its own"}}};
+     {"providers", "Solvers", "Offer its own solvers"}}};
 
 template <class W>
 W* named(W* widget, const QString& name, const QString& words, const QString& tip) {

@@ -230,7 +230,7 @@ class MainWindow : public QMainWindow {
   QTimer undo_timer_, heads_timer_, layout_timer_;
   Workspace workspace_ = Workspace::motion;
   int themed_ = theme_revision();  ///< the theme that it shows
-  int close_attempt_ = 0;  ///< counts wishes to close, and their ends
+  int close_attempt_ = 0;          ///< counts wishes to close, and their ends
   bool is_closing_ = false, is_arranging_ = false, is_whole_start_ = false;
   std::shared_ptr<Automation> automation_;
 };

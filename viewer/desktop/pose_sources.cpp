@@ -39,7 +39,7 @@ PoseSource pose_of_camera(MainWindow& window) {
         pose.R = {x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]};
         return pose;
       },
-      "No view is open, so that there is no camera. Open a world or a robot.");
+      "No view is open, and so no camera. Open a world or a robot.");
 }
 
 PoseSource pose_of_selection(MainWindow& window) {

@@ -14,8 +14,8 @@
 
 namespace robomosp::viewer {
 
-/// Angles A, B, C about z, y, x [rad] in degrees; aligned, they are as wide for every value, so that
-/// decimals do not jump.
+/// Angles A, B, C about z, y, x [rad] in degrees; aligned, they are as wide for every value, so
+/// that decimals do not jump.
 [[nodiscard]] QString angles_text(const Vec3& abc, bool is_aligned);
 
 /// [GUI thread]

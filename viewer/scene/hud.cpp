@@ -29,10 +29,10 @@ double text_scale(double height) {
 
 /// A font of the system; without one osgText falls back to its built-in letters.
 osg::ref_ptr<osgText::Font> label_font() {
-  for (const char* path : {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-                           "/usr/share/fonts/TTF/DejaVuSans.ttf",
-                           "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-                           "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"}) {
+  for (const char* path :
+       {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf",
+        "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+        "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"}) {
     if (!std::filesystem::exists(path)) continue;
     if (auto font = osgText::readRefFontFile(path)) return font;
   }

@@ -14,7 +14,7 @@ constexpr double kLegendText = 14, kLegendInset = 22, kBarLength = 190, kBarHeig
                  kPatchToText = 9, kLegendGap = 36, kTickLength = 4;
 constexpr double kMostBarShare = 0.6;  // of the width of the picture
 
-/// Bands that each have their name beside their middle stand for kinds, not for values.
+/// Bands that each have their name beside their middle show kinds, not values.
 bool is_of_kinds(const render::Legend& legend) {
   const auto n = legend.colours.size();
   if (n == 0 || legend.ticks.size() != n) return false;

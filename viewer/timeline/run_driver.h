@@ -36,8 +36,8 @@ class RunDriver : public QObject {
   Desk& desk_;
   const Handle run_;
   QPointer<Player> player_;
-  std::optional<double> first_;        ///< time of the first row [s]
-  std::optional<double> wanted_time_;  ///< of the newest seek while one runs
+  std::optional<double> first_;                   ///< time of the first row [s]
+  std::optional<double> wanted_time_;             ///< of the newest seek while one runs
   std::shared_ptr<const ioci::RunState> newest_;  ///< of events since the last question
   bool is_seeking_ = false;
   double seek_time_ = 0;  ///< [s]

@@ -410,6 +410,8 @@ struct Client::State : std::enable_shared_from_this<Client::State> {
     }
     bell.ring();
   }
+  /// Whether deliver() has something to do; with mutex held.
+  [[nodiscard]] bool has_news() const { return has_events || batch || !told.empty(); }
   /// Starts a round: takes all waiting events, and marks the calls that have ended or progressed so
   /// far as due after them, so that no call ends before an event that came earlier. Returns false
   /// if nothing waits or the event queue is locked; results then wait, too.
@@ -729,8 +731,7 @@ bool Client::deliver(std::chrono::microseconds at_most) {
       bool wakes = false;
       {
         const std::lock_guard lock(state.mutex);
-        const bool is_wanted = state.has_events || state.batch || !state.told.empty();
-        wakes = is_wanted && !state.is_host_gone && state.needs_wake();
+        wakes = state.has_news() && !state.is_host_gone && state.needs_wake();
       }
       if (wakes) state.wake();
     }
@@ -752,7 +753,7 @@ bool Client::deliver(std::chrono::microseconds at_most) {
     }
   }
   const std::lock_guard lock(state->mutex);
-  return !state->is_host_gone && (state->has_events || state->batch || !state->told.empty());
+  return !state->is_host_gone && state->has_news();
 }
 
 void Client::close() {
@@ -777,21 +778,18 @@ std::size_t Client::waiting() const {
 }
 
 bool Client::has_news() const {
-  const State& s = *state_;
-  if (s.batch) return true;
-  const std::lock_guard lock(s.mutex);
-  return s.has_events || !s.told.empty();
+  const std::lock_guard lock(state_->mutex);
+  return state_->has_news();
 }
 
 bool Client::is_idle() const {
   const State& s = *state_;
-  if (s.batch) return false;
   const auto waits_for_host = [&s](const Entry& e) {
     return s.options.waits_for_host && e.what == Entry::What::command &&
            s.options.waits_for_host(e.command);
   };
   const std::lock_guard lock(s.mutex);
-  if (s.has_events || !s.told.empty()) return false;
+  if (s.has_news()) return false;
   const bool is_at_work = s.running ? !waits_for_host(*s.running) : !s.queue.empty();
   return !is_at_work && std::all_of(s.jobs.begin(), s.jobs.end(),
                                     [&](const auto& each) { return waits_for_host(*each.second); });

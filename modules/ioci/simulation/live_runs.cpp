@@ -340,8 +340,7 @@ Result<Value> answer(CommandContext& ctx, const Map& args, Result<void> done) {
   const LiveRunPtr run = entry_of(ctx, args);
   const LiveRunEntry& entry = *run;
   if (!done.ok()) return std::move(done).error().in("run " + text::quote(entry.title));
-  return Value(
-      ctx.app.kept<RunPulse>().publish(args.find("id")->as_handle()->number, entry));
+  return Value(ctx.app.kept<RunPulse>().publish(args.find("id")->as_handle()->number, entry));
 }
 
 void set_entry(LiveRunEntry& entry, const Map& args) {
