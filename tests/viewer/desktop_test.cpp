@@ -38,7 +38,6 @@
 #include <gtest/gtest.h>
 
 #include "ioci/client/window_host.h"
-#include "ioci/client/window_program.h"
 #include "viewer/desktop/automation.h"
 #include "viewer/desktop/console.h"
 #include "viewer/desktop/help_panel.h"
@@ -57,82 +56,14 @@
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
 #include "viewer/timeline/timeline.h"
+#include "viewer/window_test.h"
 
 namespace robomosp::viewer {
 namespace {
 
-constexpr int kPatienceMs = 60000;
-
-/// A session beside the window's, on its own thread, as a remote client has.
-class Beside {
- public:
-  explicit Beside(ioci::Application& app) : app_(app), session_("beside") {}
-  Result<Value> call(const std::string& command, const Map& args) {
-    return app_.dispatch(session_, command, args);
-  }
-
- private:
-  ioci::Application& app_;
-  ioci::Session session_;
-};
-
-class DesktopTest : public testing::Test {
+class DesktopTest : public WindowTest {
  protected:
-  static void SetUpTestSuite() {
-    ioci::WindowProgramOptions options;
-    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
-    options.library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
-    options.keeps_unsaved = false;
-    auto made = ioci::start_window_program(std::move(options));
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    holder() = std::move(*made);
-  }
-  static void TearDownTestSuite() { holder().reset(); }
-  static ioci::Application& app() { return *holder(); }
-
-  void SetUp() override {
-    app().document.clear();
-    auto desk = Desk::open(app(), {});
-    ASSERT_TRUE(desk.ok()) << desk.error().sentence();
-    desk_ = std::move(*desk);
-    // Most tests need no stills, which take long on software OpenGL.
-    Settings(folder_.filePath("desktop.ini")).set_fine_pictures(false);
-    show_window();
-  }
-  void show_window() {
-    window_ = std::make_unique<MainWindow>(
-        *desk_, MainWindow::Options{folder_.filePath("desktop.ini"), false});
-    window_->resize(1200, 800);
-    window_->show();
-    QApplication::setActiveWindow(window_.get());
-    settle();
-  }
-  void TearDown() override {
-    if (window_) window_->close_now();
-    window_.reset();
-    desk_.reset();
-  }
-  bool until(const std::function<bool()>& is_so) { return QTest::qWaitFor(is_so, kPatienceMs); }
-  void settle() {
-    int settled = 0;
-    EXPECT_TRUE(until([&] {
-      settled = window_->is_settled() && !desk_->has_calls() ? settled + 1 : 0;
-      return settled > 3;
-    })) << "the window does not come to rest";
-  }
-  /// The result of a command in the window's session.
-  Value called(const std::string& command, Map args) {
-    const auto answer = desk_->ask(command, std::move(args), {});
-    EXPECT_TRUE(until([&] { return answer.result() != nullptr; })) << command;
-    const Result<Value>* r = answer.result();
-    EXPECT_TRUE(r && r->ok()) << command << ": " << (r && !r->ok() ? r->error().sentence() : "");
-    return r && r->ok() ? **r : Value();
-  }
-  Handle made(const std::string& command, Map args) {
-    const Value v = called(command, std::move(args));
-    EXPECT_NE(v.as_handle(), nullptr) << command;
-    return v.as_handle() ? *v.as_handle() : Handle{};
-  }
+  DesktopTest() : WindowTest({1200, 800}) {}
   /// A world with two boxes, shown in a tab.
   Handle shown_world() {
     const Handle box = made(
@@ -148,42 +79,6 @@ class DesktopTest : public testing::Test {
     settle();
     return world;
   }
-  template <class W = QWidget>
-  W* widget(const char* name) {
-    W* found = window_->findChild<W*>(name);
-    EXPECT_NE(found, nullptr) << name;
-    return found;
-  }
-  QAction* action(const char* name) {
-    QAction* found = window_->actions().find(name);
-    EXPECT_NE(found, nullptr) << name;
-    return found;
-  }
-  void key(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
-    // The first picture makes the window anew; without a window manager nobody activates it again.
-    QApplication::setActiveWindow(window_.get());
-    QTest::keyClick(window_.get(), key, modifiers);
-  }
-  QTreeView& tree() { return window_->navigator().tree(); }
-  /// The row of the tree with these names, from the top; loads what is closed.
-  QModelIndex row(const std::vector<QString>& names) {
-    QModelIndex at;
-    for (const QString& name : names) {
-      if (at.isValid()) tree().expand(at);
-      QModelIndex found;
-      until([&] {
-        const QAbstractItemModel* m = tree().model();
-        if (m->canFetchMore(at)) const_cast<QAbstractItemModel*>(m)->fetchMore(at);
-        for (int i = 0; i < m->rowCount(at) && !found.isValid(); ++i)
-          if (m->index(i, 0, at).data().toString() == name) found = m->index(i, 0, at);
-        return found.isValid();
-      });
-      EXPECT_TRUE(found.isValid()) << name.toStdString();
-      if (!found.isValid()) return {};
-      at = found;
-    }
-    return at;
-  }
   QPoint place_of(ViewTab& view, const Vec3& p) {
     const auto pixel = *view.display().camera().project(p);
     const double r = view.devicePixelRatioF();
@@ -193,14 +88,6 @@ class DesktopTest : public testing::Test {
     QTest::keyClicks(&window_->console().input(), text);
     QTest::keyClick(&window_->console().input(), Qt::Key_Return);
   }
-
-  static std::unique_ptr<ioci::Application>& holder() {
-    static std::unique_ptr<ioci::Application> app;
-    return app;
-  }
-  QTemporaryDir folder_;
-  std::unique_ptr<Desk> desk_;
-  std::unique_ptr<MainWindow> window_;
 };
 
 // --- frame -----------------------------------------------------------------------------------
@@ -589,7 +476,7 @@ TEST_F(DesktopTest, TheNavigatorShowsAllKindsWithTheirParts) {
 TEST_F(DesktopTest, TheNavigatorFollowsTheDocumentAndOtherSessions) {
   const Handle world = shown_world();
   row({"cell", "Objects", "left"});
-  Beside other(app());
+  OtherSession other(app());
   std::thread thread([&] {
     EXPECT_TRUE(other.call("world.rename", {{"id", world}, {"name", "hall"}}).ok());
     EXPECT_TRUE(other.call("world.remove_member", {{"id", world}, {"member", "left"}}).ok());
@@ -972,7 +859,7 @@ TEST_F(DesktopTest, TheThreadOfTheWindowNeverWaitsForACommand) {
 TEST_F(DesktopTest, OtherSessionsDriveTheWindowByCommands) {
   ASSERT_TRUE(ioci::Windows::of(app()).current());
   const Handle world = shown_world();
-  Beside other(app());
+  OtherSession other(app());
   struct Step {
     std::string command;
     Map args;
@@ -1058,11 +945,3 @@ TEST_F(DesktopTest, TheStartPageHasWorldsAndOpensOneByAClick) {
 
 }  // namespace
 }  // namespace robomosp::viewer
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
-  QApplication application(argc, argv);
-  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
-  return RUN_ALL_TESTS();
-}

@@ -25,7 +25,6 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/client/window_program.h"
 #include "viewer/desktop/automation.h"
 #include "viewer/desktop/console.h"
 #include "viewer/desktop/main_window.h"
@@ -39,68 +38,20 @@
 #include "viewer/gizmo/view_tools.h"
 #include "viewer/scene/linear.h"
 #include "viewer/theme/theme.h"
+#include "viewer/window_test.h"
 
 namespace robomosp::viewer {
 namespace {
 
-constexpr int kPatienceMs = 60000;
-
-class GizmoTest : public testing::Test {
+class GizmoTest : public WindowTest {
  protected:
-  static void SetUpTestSuite() {
-    ioci::WindowProgramOptions options;
-    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
-    options.library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
-    options.keeps_unsaved = false;
-    auto made = ioci::start_window_program(std::move(options));
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    holder() = std::move(*made);
-  }
-  static void TearDownTestSuite() { holder().reset(); }
-  static ioci::Application& app() { return *holder(); }
-
-  void SetUp() override {
-    app().document.clear();
-    auto desk = Desk::open(app(), {});
-    ASSERT_TRUE(desk.ok()) << desk.error().sentence();
-    desk_ = std::move(*desk);
-    // Most tests need no stills, which take long on software OpenGL.
-    Settings(folder_.filePath("desktop.ini")).set_fine_pictures(false);
-    window_ = std::make_unique<MainWindow>(
-        *desk_, MainWindow::Options{folder_.filePath("desktop.ini"), false});
-    window_->resize(1200, 800);
-    window_->show();
-    QApplication::setActiveWindow(window_.get());
-    settle();
-  }
+  GizmoTest() : WindowTest({1200, 800}) {}
   void TearDown() override {
-    if (window_) window_->close_now();
-    window_.reset();
-    desk_.reset();
+    WindowTest::TearDown();
     if (theme().zoom != 1) window_zoom(1);
   }
   static void window_zoom(double zoom) {
     set_theme(*qobject_cast<QApplication*>(QCoreApplication::instance()), make_theme(true, zoom));
-  }
-  bool until(const std::function<bool()>& is_so) { return QTest::qWaitFor(is_so, kPatienceMs); }
-  void settle() {
-    int settled = 0;
-    EXPECT_TRUE(until([&] {
-      settled = window_->is_settled() && !desk_->has_calls() ? settled + 1 : 0;
-      return settled > 3;
-    })) << "the window does not come to rest";
-  }
-  Value called(const std::string& command, Map args) {
-    const auto answer = desk_->ask(command, std::move(args), {});
-    EXPECT_TRUE(until([&] { return answer.result() != nullptr; })) << command;
-    const Result<Value>* r = answer.result();
-    EXPECT_TRUE(r && r->ok()) << command << ": " << (r && !r->ok() ? r->error().sentence() : "");
-    return r && r->ok() ? **r : Value();
-  }
-  Handle made(const std::string& command, Map args) {
-    const Value v = called(command, std::move(args));
-    EXPECT_NE(v.as_handle(), nullptr) << command;
-    return v.as_handle() ? *v.as_handle() : Handle{};
   }
   std::string digest() { return called("document.digest", {}).text(); }
   Handle block() {
@@ -255,14 +206,6 @@ class GizmoTest : public testing::Test {
     const double s = g.size_px * camera.metres_per_pixel(g.origin);
     return shown_at(g.origin + (0.75 * s) * g.axis(i));
   }
-
-  static std::unique_ptr<ioci::Application>& holder() {
-    static std::unique_ptr<ioci::Application> app;
-    return app;
-  }
-  QTemporaryDir folder_;
-  std::unique_ptr<Desk> desk_;
-  std::unique_ptr<MainWindow> window_;
 };
 
 TEST_F(GizmoTest, AnArrowMovesAMemberAsOneStepOfUndo) {
@@ -1293,11 +1236,3 @@ TEST_F(PullTest, ALinkOfALimpRobotIsPulled) {
 
 }  // namespace
 }  // namespace robomosp::viewer
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
-  QApplication application(argc, argv);
-  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
-  return RUN_ALL_TESTS();
-}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Dragging from the navigator, its kinds and menus, and the stories of the start page.
-#include "tests/viewer/rooms_support.h"
+#include "viewer/window_test.h"
 
 #include <cmath>
 
@@ -440,7 +440,7 @@ TEST_F(StoryTest, NoStepIsTickedByItselfOrByWhatFailed) {
   click("story_leave");
   EXPECT_EQ(window_->story().story(), nullptr);
   EXPECT_FALSE(widget<QDockWidget>("story_dock")->isVisible());
-  // It goes on with its ticks.
+  // It continues with its ticks.
   window_->show_start();
   settle();
   EXPECT_EQ(widget<QPushButton>("story_begin_solid")->text(), "Continue");

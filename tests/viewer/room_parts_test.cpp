@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Parts of several panels: pictures in the console, marks of what is not saved, thumbnails of the
 // library, memory of recordings, the start page alone.
-#include "tests/viewer/rooms_support.h"
+#include "viewer/window_test.h"
 
 #include <algorithm>
 #include <fstream>

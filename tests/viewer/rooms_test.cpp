@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Help, shortcuts and connections of the window, driven with mouse and keys.
-#include "tests/viewer/rooms_support.h"
+#include "viewer/window_test.h"
 
 #include <QCheckBox>
 #include <QComboBox>
@@ -77,10 +77,10 @@ TEST_F(RoomsTest, AFormWaitsForTheWindowWithoutWaitingForItself) {
 
 /// F2 renames, Delete deletes and letters change the view, but not where a number is typed.
 TEST_F(RoomsTest, KeysOfANumberFieldAreNoShortcutsOfTheWindow) {
-  const Handle solid = made(
-      "solid.create",
-      {{"name", "block"},
-       {"root", Map{{"kind", "box"}, {"name", "body"}, {"x", 0.2}, {"y", 0.2}, {"z", 0.2}}}});
+  const Handle solid =
+      made("solid.create",
+           {{"name", "block"},
+            {"root", Map{{"kind", "box"}, {"name", "body"}, {"x", 0.2}, {"y", 0.2}, {"z", 0.2}}}});
   window_->navigator().tree().setFocus();
   desk_->select({{solid, {}}});
   settle();
@@ -457,11 +457,3 @@ TEST(RemoteLine, IsACommandLuaOrAClassicLine) {
 
 }  // namespace
 }  // namespace robomosp::viewer
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
-  QApplication application(argc, argv);
-  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
-  return RUN_ALL_TESTS();
-}

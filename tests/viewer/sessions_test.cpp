@@ -240,11 +240,3 @@ TEST_F(TwoSessions, BothEditAtOnceAndNothingIsLost) {
 
 }  // namespace
 }  // namespace robomosp::viewer
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
-  QApplication application(argc, argv);
-  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
-  return RUN_ALL_TESTS();
-}

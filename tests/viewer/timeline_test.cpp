@@ -33,7 +33,6 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/client/window_program.h"
 #include "viewer/desktop/console.h"
 #include "viewer/desktop/main_window.h"
 #include "viewer/desktop/messages.h"
@@ -47,11 +46,10 @@
 #include "viewer/theme/theme.h"
 #include "viewer/timeline/variables.h"
 #include "viewer/widgets/number_field.h"
+#include "viewer/window_test.h"
 
 namespace robomosp::viewer {
 namespace {
-
-constexpr int kPatienceMs = 60000;
 
 /// Processor time of this thread [ms]: other programs must not count.
 double spent_ms() {
@@ -145,58 +143,13 @@ TEST(TimeAxis, StaysWithinItsRange) {
   EXPECT_TRUE(axis.is_empty());
 }
 
-class TimelineTest : public testing::Test {
+class TimelineTest : public WindowTest {
  protected:
-  static void SetUpTestSuite() {
-    ioci::WindowProgramOptions options;
-    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
-    options.library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
-    options.keeps_unsaved = false;
-    auto made = ioci::start_window_program(std::move(options));
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    holder() = std::move(*made);
-  }
-  static void TearDownTestSuite() { holder().reset(); }
-
+  TimelineTest() : WindowTest({1600, 1000}) {}
   void SetUp() override {
-    holder()->document.clear();
-    auto desk = Desk::open(*holder(), {});
-    ASSERT_TRUE(desk.ok()) << desk.error().sentence();
-    desk_ = std::move(*desk);
-    // Most tests need no stills, which take long on software OpenGL.
-    Settings(folder_.filePath("desktop.ini")).set_fine_pictures(false);
-    window_ = std::make_unique<MainWindow>(
-        *desk_, MainWindow::Options{folder_.filePath("desktop.ini"), false});
-    window_->resize(1600, 1000);
-    window_->show();
-    QApplication::setActiveWindow(window_.get());
+    WindowTest::SetUp();
     window_->set_workspace(Workspace::motion);
     settle();
-  }
-  void TearDown() override {
-    if (window_) window_->close_now();
-    window_.reset();
-    desk_.reset();
-  }
-  bool until(const std::function<bool()>& is_so) { return QTest::qWaitFor(is_so, kPatienceMs); }
-  void settle() {
-    int settled = 0;
-    EXPECT_TRUE(until([&] {
-      settled = window_->is_settled() && !desk_->has_calls() ? settled + 1 : 0;
-      return settled > 3;
-    })) << "the window does not come to rest";
-  }
-  Value called(const std::string& command, Map args) {
-    const auto answer = desk_->ask(command, std::move(args), {});
-    EXPECT_TRUE(until([&] { return answer.result() != nullptr; })) << command;
-    const Result<Value>* r = answer.result();
-    EXPECT_TRUE(r && r->ok()) << command << ": " << (r && !r->ok() ? r->error().sentence() : "");
-    return r && r->ok() ? **r : Value();
-  }
-  Handle made(const std::string& command, Map args) {
-    const Value v = called(command, std::move(args));
-    EXPECT_NE(v.as_handle(), nullptr) << command;
-    return v.as_handle() ? *v.as_handle() : Handle{};
   }
   /// The PA-10 on its circle with torques, shown and at rest.
   Handle shown_run() {
@@ -243,20 +196,6 @@ class TimelineTest : public testing::Test {
   PlotLanes& lanes() { return timeline().lanes(); }
   BandsView& bands() { return timeline().bands(); }
   Player& player() { return window_->current_view()->player(); }
-  template <class W = QWidget>
-  W* widget(const char* name) {
-    W* found = window_->findChild<W*>(name);
-    EXPECT_NE(found, nullptr) << name;
-    return found;
-  }
-
-  static std::unique_ptr<ioci::Application>& holder() {
-    static std::unique_ptr<ioci::Application> app;
-    return app;
-  }
-  QTemporaryDir folder_;
-  std::unique_ptr<Desk> desk_;
-  std::unique_ptr<MainWindow> window_;
   Handle world_;
 };
 
@@ -882,11 +821,3 @@ TEST_F(TimelineTest, PlotsAreVisibleBesideTheBandsInUsualSizes) {
 
 }  // namespace
 }  // namespace robomosp::viewer
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
-  QApplication application(argc, argv);
-  robomosp::viewer::set_theme(application, robomosp::viewer::make_theme(true));
-  return RUN_ALL_TESTS();
-}

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// RoomsTest: a window on an application with plugins and library, for tests of its panels.
+// WindowTest: a window on an application with plugins and library, for tests that drive it.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,7 +15,6 @@
 
 #include <gtest/gtest.h>
 
-#include "ioci/client/window_program.h"
 #include "viewer/desktop/automation.h"
 #include "viewer/desktop/console.h"
 #include "viewer/desktop/main_window.h"
@@ -24,22 +22,16 @@
 #include "viewer/desktop/navigator.h"
 #include "viewer/desktop/values.h"
 #include "viewer/theme/theme.h"
+#include "viewer/window_harness.h"
 
 namespace robomosp::viewer {
 
-inline constexpr int kRoomsPatienceMs = 60000;
+inline constexpr int kPatienceMs = 60000;
 
-class RoomsTest : public testing::Test {
+class WindowTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    ioci::WindowProgramOptions options;
-    options.plugin_path = {ROBOMOSP_PLUGIN_DIR};
-    options.library = {std::filesystem::path(ROBOMOSP_SOURCE_DIR) / "scripts/library"};
-    options.keeps_unsaved = false;
-    auto made = ioci::start_window_program(std::move(options));
-    ASSERT_TRUE(made.ok()) << made.error().sentence();
-    holder() = std::move(*made);
-  }
+  explicit WindowTest(QSize size) : size_(size) {}
+  static void SetUpTestSuite() { holder() = start_program(); }
   static void TearDownTestSuite() { holder().reset(); }
   static ioci::Application& app() { return *holder(); }
 
@@ -55,7 +47,7 @@ class RoomsTest : public testing::Test {
   void show_window() {
     window_ = std::make_unique<MainWindow>(
         *desk_, MainWindow::Options{folder_.filePath("desktop.ini"), false});
-    window_->resize(1440, 900);
+    window_->resize(size_);
     window_->show();
     QApplication::setActiveWindow(window_.get());
     settle();
@@ -65,7 +57,7 @@ class RoomsTest : public testing::Test {
     window_.reset();
     desk_.reset();
   }
-  bool until(const std::function<bool()>& is_so, int patience_ms = kRoomsPatienceMs) {
+  bool until(const std::function<bool()>& is_so, int patience_ms = kPatienceMs) {
     return QTest::qWaitFor(is_so, patience_ms);
   }
   void settle() {
@@ -142,9 +134,16 @@ class RoomsTest : public testing::Test {
     static std::unique_ptr<ioci::Application> app;
     return app;
   }
+  const QSize size_;
   QTemporaryDir folder_;
   std::unique_ptr<Desk> desk_;
   std::unique_ptr<MainWindow> window_;
+};
+
+/// Of the panels.
+class RoomsTest : public WindowTest {
+ protected:
+  RoomsTest() : WindowTest({1440, 900}) {}
 };
 
 }  // namespace robomosp::viewer
