@@ -27,6 +27,9 @@ class BareNumbers {
   [[nodiscard]] std::vector<std::string> sentences(
       const std::function<bool(std::string_view text)>& is_given) const;
 
+  /// True if nothing was collected, as of most calls.
+  [[nodiscard]] bool empty() const { return found_.empty() && unlikely_.empty(); }
+
   /// Records that a text without a unit was read as `unit`.
   static void tell(std::string_view path, std::string_view text, std::string_view unit);
 

@@ -12,6 +12,7 @@
 #include "kernel/expression.h"
 #include "kernel/literal.h"
 #include "kernel/number_reader.h"
+#include "kernel/plain_check.h"
 #include "kernel/text.h"
 #include "kernel/units.h"
 
@@ -145,6 +146,22 @@ bool fits_plainly(const TypeTree& t, const ParamSpec& spec, const Value& v) {
                return each.is_number() && is_inside(each.number());
              });
     }
+    case TypeKind::word:
+      return v.as_string() && std::find(spec.choices.begin(), spec.choices.end(), *v.as_string()) !=
+                                  spec.choices.end();
+    case TypeKind::pose: {  // position and angles
+      const List* list = v.as_list();
+      return list && list->size() == 6 &&
+             std::all_of(list->begin(), list->end(), [](const Value& each) {
+               return each.is_number() && std::isfinite(each.number());
+             });
+    }
+    case TypeKind::joints: {
+      if (v.as_array()) return true;
+      const List* list = v.as_list();
+      return list && std::all_of(list->begin(), list->end(),
+                                 [](const Value& each) { return each.is_number(); });
+    }
     case TypeKind::one_of:
       return std::any_of(t.options.begin(), t.options.end(), [&](const auto& option) {
         return !option->notes.min && !option->notes.max && fits_plainly(*option, spec, v);
@@ -244,20 +261,23 @@ class PartChecker {
   /// Reports a value that check_value() rejects as one of the plain type.
   void plain(const TypeTree& t, const ParamSpec& spec, const char* type, const Value& v,
              const std::string& path) {
-    ParamSpec one = spec;
-    one.type = type;
-    if (one.unit.empty()) one.unit = t.unit;
-    if (one.choices.empty())
-      for (const WordInfo& w : t.choices) one.choices.push_back(w.word);
+    PlainSpec one{type,         spec.unit.empty() ? t.unit : spec.unit,
+                  spec.choices, spec.min,
+                  spec.max,     spec.infinite};
+    std::vector<std::string> words;
+    if (one.choices.empty() && !t.choices.empty()) {
+      for (const WordInfo& w : t.choices) words.push_back(w.word);
+      one.choices = words;
+    }
     // Of joints and their like any of several units: "rad|m", "rad or m".
-    std::string all = one.unit;
+    std::string all(one.unit);
     constexpr std::string_view kOr = " or ";
     for (std::size_t at = 0; (at = all.find(kOr, at)) != std::string::npos;)
       all.replace(at, kOr.size(), "|");
     std::optional<Error> wrong;
     for (const std::string_view unit : text::split(all, '|')) {
       one.unit = unit;
-      const Result<Value> checked = check_value(one, v, path);
+      const Result<Value> checked = check_plain(one, v, path);
       if (checked.ok()) {
         const Result<void> count = check_count(t, *checked, path);
         if (!count.ok()) add(count.error(), path);
@@ -467,7 +487,11 @@ class PartChecker {
 }  // namespace
 
 bool has_unchecked_parts(const ParamSpec& spec) {
-  if (plain_type(spec.type) == spec.type) return false;
+  return has_unchecked_parts(spec, plain_type(spec.type));
+}
+
+bool has_unchecked_parts(const ParamSpec& spec, std::string_view plain) {
+  if (plain == spec.type) return false;
   const TypeTree& t = type_tree(spec.type);
   switch (t.kind) {
     case TypeKind::any: return false;
@@ -482,7 +506,7 @@ bool has_unchecked_parts(const ParamSpec& spec) {
     case TypeKind::matrix:
     case TypeKind::reference: return t.is_unchecked;
     case TypeKind::script:
-    case TypeKind::member: return plain_type(spec.type) == "any";
+    case TypeKind::member: return plain == "any";
     default: return true;
   }
 }
@@ -500,11 +524,13 @@ void name_cases(Fault& f, const TypeTree& variant, std::string_view own, std::st
 
 std::vector<Fault> part_faults(const ParamSpec& spec, const Value& v, std::string_view path,
                                std::size_t most) {
+  const TypeTree& tree = type_tree(spec.type);
+  if (fits_plainly(tree, spec, v)) return {};
   const BareNumbers discarded;  // the command reports them when it reads the value
   AnyText any(NumberReader::current() != nullptr);
   const NumberReader::Scope texts(&any);
   PartChecker checker(most);
-  checker.value(type_tree(spec.type), spec, v, std::string(path));
+  checker.value(tree, spec, v, std::string(path));
   return std::move(checker).take();
 }
 

@@ -27,6 +27,8 @@ namespace robomosp {
                                              std::size_t most = 10);
 /// Whether check_value() leaves parts of such a value unchecked.
 [[nodiscard]] bool has_unchecked_parts(const ParamSpec&);
+/// The same where its plain type (kernel/type.h) is known.
+[[nodiscard]] bool has_unchecked_parts(const ParamSpec&, std::string_view plain);
 
 /// Checks how many numbers a checked vector or matrix has.
 Result<void> check_count(const TypeTree&, const Value& checked, std::string_view path);

@@ -159,10 +159,11 @@ Result<ProviderInfo> Registry::find(std::string_view interface_id, std::string_v
 
 Result<ProviderInfo> known_provider(const Registry& registry, std::string_view interface_id,
                                     std::string_view name) {
-  if (!name.empty())
-    for (ProviderInfo& info : registry.list(interface_id))
-      if (info.name == name) return std::move(info);
-  return registry.find(interface_id, name);
+  auto found = registry.find(interface_id, name);
+  if (found.ok() || name.empty()) return found;
+  for (ProviderInfo& info : registry.list(interface_id))
+    if (info.name == name) return std::move(info);
+  return found;
 }
 
 std::vector<ProviderInfo> Registry::list(std::string_view interface_id) const {

@@ -11,6 +11,7 @@
 #include "kernel/file_root.h"
 #include "kernel/number_reader.h"
 #include "kernel/part_faults.h"
+#include "kernel/plain_check.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 #include "kernel/units.h"
@@ -18,17 +19,6 @@
 
 namespace robomosp {
 namespace {
-
-/// A parameter reduced to its plain type, for checking values. Holds views of the ParamSpec, which
-/// must outlive it; copies would be made for each argument of each call.
-struct PlainSpec {
-  std::string_view type{};  ///< plain
-  std::string_view unit{};
-  std::span<const std::string> choices{};
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
-  bool infinite = false;
-};
 
 PlainSpec plain_spec(const ParamSpec& spec, std::string_view plain) {
   return {plain, spec.unit, spec.choices, spec.min, spec.max, spec.infinite};
@@ -621,8 +611,6 @@ const ParamSpec* find_param(const Schema& schema, std::string_view name) {
   return it == schema.end() ? nullptr : &*it;
 }
 
-namespace {
-
 Result<Value> check_plain(const PlainSpec& spec, const Value& v, std::string_view path,
                           const ResolveRef& resolve) {
   const std::string_view type = spec.type;
@@ -673,6 +661,8 @@ Result<Value> check_plain(const PlainSpec& spec, const Value& v, std::string_vie
   return error(ErrorCode::internal, "the schema has the unknown type " + text::quote(type), {},
                std::string(path));
 }
+
+namespace {
 
 /// A parameter whose type has details or notes.
 Result<Value> check_detailed(const ParamSpec& spec, std::string_view plain, const Value& v,
@@ -741,26 +731,41 @@ Fault unknown_argument(const Schema& schema, std::string_view name, std::string_
   return f;
 }
 
-Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
-  constexpr std::size_t kMostUnknown = 10;  // that are named
+namespace {
+
+std::vector<Fault> unknown_arguments(const Schema& schema, const Map& given,
+                                     const ResolveRef& resolve) {
+  constexpr std::size_t kMost = 10;  // that are named
   std::size_t unknown = 0;
+  std::vector<Fault> out;
+  for (const auto& [key, value] : given) {
+    if (find_param(schema, key) || ++unknown > kMost) continue;
+    out.push_back(unknown_argument(schema, key, {}));
+    add_remedies(out.back(), schema, given, resolve);
+  }
+  if (unknown > kMost)
+    out.push_back(make_fault("argument.unknown",
+                             std::to_string(unknown - kMost) + " further names are none"));
+  return out;
+}
+
+}  // namespace
+
+Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& resolve) {
   std::vector<Fault> faults;
   const auto add = [&](const Error& e, std::string_view name) {
     faults.push_back(argument_fault(e, name));
     add_remedies(faults.back(), schema, given, resolve);
   };
-  for (const auto& [key, value] : given) {
-    if (find_param(schema, key)) continue;
-    if (++unknown > kMostUnknown) continue;
-    faults.push_back(unknown_argument(schema, key, {}));
-    add_remedies(faults.back(), schema, given, resolve);
-  }
-  if (unknown > kMostUnknown)
-    faults.push_back(make_fault(
-        "argument.unknown", std::to_string(unknown - kMostUnknown) + " further names are none"));
   Map checked;
+  std::size_t known = 0;
   for (const ParamSpec& spec : schema) {
-    const Value* v = given.find(spec.name);
+    const Value* v = given.empty() ? nullptr : given.find(spec.name);
+    if (v) ++known;
+    if (!v && !spec.default_value) {
+      if (spec.required) add(missing_argument(spec, spec.name), spec.name);
+      continue;
+    }
     const std::string_view type = plain_type(spec.type);
     if (v && v->is_nil() && type != "any") v = nullptr;
     if (!v && spec.default_value) v = &*spec.default_value;
@@ -775,7 +780,7 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
       continue;
     }
     const bool is_given = !spec.default_value || v != &*spec.default_value;
-    if (is_given && !one->is_nil() && has_unchecked_parts(spec)) {
+    if (is_given && !one->is_nil() && has_unchecked_parts(spec, type)) {
       std::vector<Fault> parts = part_faults(spec, *one, spec.name);
       if (!parts.empty()) {
         for (Fault& f : parts) {
@@ -785,7 +790,12 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
         continue;
       }
     }
-    checked.set(spec.name, std::move(*one));
+    checked.append(spec.name, std::move(*one));
+  }
+  if (known != given.size()) {
+    std::vector<Fault> unknown = unknown_arguments(schema, given, resolve);
+    faults.insert(faults.begin(), std::make_move_iterator(unknown.begin()),
+                  std::make_move_iterator(unknown.end()));
   }
   if (!faults.empty()) return error_of(std::move(faults));
   return checked;

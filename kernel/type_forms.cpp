@@ -151,8 +151,9 @@ Value type_value(const TypeTree& t) {
 Map param_value(const ParamSpec& p, bool is_input) {
   const TypeTree& t = type_tree(p.type);
   const std::string unit = unit_of(p);
-  Map m{{"name", p.name}, {"type", plain_type(p.type)}, {"unit", unit}, {"doc", p.doc}};
-  if (plain_type(p.type) != p.type) m.set("declared", p.type);
+  const std::string_view plain = plain_type(p.type);
+  Map m{{"name", p.name}, {"type", plain}, {"unit", unit}, {"doc", p.doc}};
+  if (plain != p.type) m.set("declared", p.type);
   if (!is_simple(t)) m.set("form", type_value(t));
   if (is_input) {
     m.set("required", p.required);

@@ -65,32 +65,41 @@ Map::Map(std::initializer_list<Entry> entries) {
 }
 
 const Value* Map::find(std::string_view key) const {
-  const auto it = std::find_if(entries_.begin(), entries_.end(),
-                               [&](const Entry& e) { return e.first == key; });
+  // Most keys differ in length or in their first characters: few are compared whole.
+  const auto it = std::find_if(entries_.begin(), entries_.end(), [key](const Entry& e) {
+    return e.first.size() == key.size() && (key.empty() || e.first.front() == key.front()) &&
+           e.first == key;
+  });
   return it == entries_.end() ? nullptr : &it->second;
 }
 
 Value* Map::find(std::string_view key) {
-  const auto it = std::find_if(entries_.begin(), entries_.end(),
-                               [&](const Entry& e) { return e.first == key; });
-  return it == entries_.end() ? nullptr : &it->second;
+  return const_cast<Value*>(std::as_const(*this).find(key));
 }
 
 namespace {
-constexpr std::size_t kFew = 4;  // at once: most tables are of a few entries
+
+/// Makes space for one more. Most tables are of a few entries, and most others of a dozen.
+template <class Entries>
+void grow(Entries& entries) {
+  constexpr std::size_t kFew = 4, kDozen = 12;
+  if (entries.capacity() == 0) entries.reserve(kFew);
+  else if (entries.size() == kFew && entries.capacity() == kFew) entries.reserve(kDozen);
 }
+
+}  // namespace
 
 void Map::set(std::string key, Value value) {
   if (Value* old = find(key)) {
     *old = std::move(value);
     return;
   }
-  if (entries_.capacity() == 0) entries_.reserve(kFew);
+  grow(entries_);
   entries_.emplace_back(std::move(key), std::move(value));
 }
 
 void Map::append(std::string key, Value value) {
-  if (entries_.capacity() == 0) entries_.reserve(kFew);
+  grow(entries_);
   entries_.emplace_back(std::move(key), std::move(value));
 }
 
