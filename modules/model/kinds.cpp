@@ -60,8 +60,10 @@ std::string_view to_string(Kind k) {
 }
 
 std::optional<Kind> kind_from(std::string_view word) {
-  for (const Kind k : all_kinds())
-    if (to_string(k) == word) return k;
+  const KindTable& t = table();
+  const std::size_t count = t.count.load(std::memory_order_acquire);
+  for (std::size_t i = 0; i < count; ++i)
+    if (t.rows[i].name == word) return static_cast<Kind>(i);
   return std::nullopt;
 }
 

@@ -414,10 +414,12 @@ Map pose_map(const Pose& t) {
     return NumericArray(std::shared_ptr<const double>(block, block->data() + first), rows, cols,
                         unit);
   };
-  return Map{{"pose", part(0, 4, 4, "")},
-             {"position", part(16, 3, 0, "m")},
-             {"rpy", part(19, 3, 0, "rad")},
-             {"quaternion", part(22, 4, 0, "")}};
+  Map out;
+  out.append("pose", part(0, 4, 4, ""));
+  out.append("position", part(16, 3, 0, "m"));
+  out.append("rpy", part(19, 3, 0, "rad"));
+  out.append("quaternion", part(22, 4, 0, ""));
+  return out;
 }
 
 // --- library -------------------------------------------------------------------------------

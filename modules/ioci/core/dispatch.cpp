@@ -259,6 +259,7 @@ std::string Application::Call::label() const {
 }
 
 void Application::Call::tell(const BareNumbers& bare) {
+  if (bare.empty()) return;
   for (std::string& said :
        bare.sentences([&](std::string_view text) { return holds(args_, text); }))
     app_.messages.post(Severity::info, "bare_number", spec_.name + ": " + std::move(said),
@@ -373,9 +374,9 @@ WorldId world_of_names(const CommandContext& ctx, const CommandSpec& spec, const
 }  // namespace
 
 Result<void> Application::Call::name_robot() {
-  const ParamSpec* p = find_param(spec_.params, "robot");
-  const Value* given = p ? ctx_.given_->find("robot") : nullptr;
-  if (!given || plain_type(p->type) != "string") return {};
+  const Value* given = ctx_.given_->find("robot");
+  const ParamSpec* p = given ? find_param(spec_.params, "robot") : nullptr;
+  if (!p || plain_type(p->type) != "string") return {};
   const std::string* text = given->as_string();
   const Handle* handle = given->as_handle();
   if (!text && (!handle || handle->kind != "robot")) return {};

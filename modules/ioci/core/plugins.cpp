@@ -220,8 +220,9 @@ Result<Value> provider_params(CommandContext& ctx, const Map& args) {
   List out;
   for (const ParamSpec& p : info.schema) {
     Map m = param_value(p);
-    m.set("label", notes_of(p).label);
-    m.set("group", notes_of(p).group);
+    const TypeNotes notes = notes_of(p);
+    m.set("label", notes.label);
+    m.set("group", notes.group);
     m.set("text", describe(p));
     out.emplace_back(std::move(m));
   }

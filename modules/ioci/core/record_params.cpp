@@ -231,11 +231,13 @@ Result<bool> set_checked_value(const Type& t, const Field& f, void* p, const Val
 
 std::optional<Value> plain_value(const document::Snapshot* snapshot, const Type& t, const Field& f,
                                  const void* p, std::string_view unit) {
-  if (&t == &type_of<model::Placement>())
-    return placement_value(*static_cast<const model::Placement*>(p));
-  if (&t == &type_of<model::ProviderChoice>())
-    return provider_value(*static_cast<const model::ProviderChoice*>(p));
   switch (t.shape) {
+    case Shape::structure:
+      if (&t == &type_of<model::Placement>())
+        return placement_value(*static_cast<const model::Placement*>(p));
+      if (&t == &type_of<model::ProviderChoice>())
+        return provider_value(*static_cast<const model::ProviderChoice*>(p));
+      return std::nullopt;
     case Shape::boolean: return *static_cast<const bool*>(p);
     case Shape::integer:
       if (!f.index_in.empty()) return std::nullopt;

@@ -70,6 +70,12 @@ bool is_secret(std::string_view argument) {
   std::string_view word;
   for (std::size_t from = 0; from <= argument.size(); from += word.size() + 1) {
     word = argument.substr(from, argument.find_first_of("_-.", from) - from);
+    // Of most words the first letter decides.
+    if (word.empty() || std::none_of(kSecretWords.begin(), kSecretWords.end(),
+                                     [first = lower(word.front())](std::string_view secret) {
+                                       return secret.front() == first;
+                                     }))
+      continue;
     // token and tokens, but not tokenizer.
     const std::string_view one =
         word.size() > 1 && lower(word.back()) == 's' ? word.substr(0, word.size() - 1) : word;

@@ -10,27 +10,32 @@ namespace {
 
 std::uint32_t kind_bit(Kind kind) { return std::uint32_t{1} << static_cast<unsigned>(kind); }
 
+template <class Words>
+std::vector<std::string> event_words(const Words& all) {
+  std::vector<std::string> out;
+  for (const auto each : all) out.emplace_back(to_string(each));
+  return out;
+}
+
 Result<Value> subscribe(CommandContext& ctx, const Map& args) {
   EventFilter f;
   if (const Value* topics = args.find("topics"); topics && topics->as_list()) {
     f.topics = 0;
-    std::vector<std::string> known;
-    for (const Topic t : kAllTopics) known.emplace_back(to_string(t));
     for (const Value& word : *topics->as_list()) {
       const std::string name = word.as_string() ? *word.as_string() : word.text();
-      const auto at = std::find(known.begin(), known.end(), name);
-      if (at == known.end()) return unknown_name("topic", name, known).in("topics");
-      f.topics |= bit(kAllTopics[at - known.begin()]);
+      const auto at = std::find_if(std::begin(kAllTopics), std::end(kAllTopics),
+                                   [&name](Topic t) { return to_string(t) == name; });
+      if (at == std::end(kAllTopics))
+        return unknown_name("topic", name, event_words(kAllTopics)).in("topics");
+      f.topics |= bit(*at);
     }
   }
   if (const Value* kinds = args.find("kinds"); kinds && kinds->as_list()) {
     f.kinds = 0;
-    std::vector<std::string> known;
-    for (const Kind k : all_kinds()) known.emplace_back(to_string(k));
     for (const Value& word : *kinds->as_list()) {
       const std::string name = word.as_string() ? *word.as_string() : word.text();
       const auto kind = kind_from(name);
-      if (!kind) return unknown_name("kind", name, known).in("kinds");
+      if (!kind) return unknown_name("kind", name, event_words(all_kinds())).in("kinds");
       f.kinds |= kind_bit(*kind);
     }
   }

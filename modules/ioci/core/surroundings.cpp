@@ -106,7 +106,8 @@ void Surroundings::prepare(std::uint32_t topics) {
   if (!(topics & bit(Topic::provider))) return;
   if (app_.events.topics() & bit(Topic::provider)) return look_at_providers();
   const std::lock_guard lock(mutex_);
-  registry_revision_.reset();
+  // What was known then is still true if nothing has been registered or chosen since.
+  if (registry_revision_ != app_.registry.revision()) registry_revision_.reset();
 }
 
 void Surroundings::begin(std::uint32_t topics) {

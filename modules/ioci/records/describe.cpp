@@ -6,7 +6,10 @@ namespace robomosp::ioci {
 
 Map describe_record(const document::Snapshot& snapshot, AnyId id) {
   const model::Record* r = snapshot.find(id);
-  Map m{{"name", r->name}, {"kind", to_string(id.kind)}, {"file", r->file}};
+  Map m;
+  m.append("name", r->name);
+  m.append("kind", to_string(id.kind));
+  m.append("file", r->file);
   add_fields(m, snapshot, *r);
   // material.create and material.set take the opacity apart from the colour.
   if (const auto* material = std::get_if<model::Material>(&r->body))

@@ -70,9 +70,10 @@ class Writer {
  private:
   [[nodiscard]] Value value(const Type& t, const void* p, const Field& f, const void* owner,
                             std::size_t alternative) const {
-    if (auto own = own_form(t, p)) return *own;
-    if (auto plain = plain_value(&snapshot_, t, f, p, f.unit_of(owner, 0, alternative)))
-      return *plain;
+    if (auto own = own_form(t, p)) return std::move(*own);
+    const std::string_view unit =
+        t.shape == Shape::numbers ? f.unit_of(owner, 0, alternative) : std::string_view();
+    if (auto plain = plain_value(&snapshot_, t, f, p, unit)) return std::move(*plain);
     switch (t.shape) {
       case Shape::integer: return element(f, t.whole(p));
       case Shape::digest: {
@@ -110,6 +111,7 @@ class Writer {
 
   /// What the commands that make records take in a form of its own comes out in the same.
   [[nodiscard]] std::optional<Value> own_form(const Type& t, const void* p) const {
+    if (t.shape != Shape::structure && t.shape != Shape::list) return std::nullopt;
     if (&t == &type_of<MassProperties>()) return mass_value(as<MassProperties>(p));
     if (&t == &type_of<model::MeasuredMass>()) {
       const auto& measured = as<model::MeasuredMass>(p);

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands for records of any kind, as the declarations of their fields say: record.schema, kinds,
 // create, describe, set, save.
-#include "ioci/records/field_values.h"
+#include <map>
+#include <memory>
+#include <mutex>
 
 #include "document/validate.h"
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/loaded.h"
+#include "ioci/records/field_values.h"
 #include "kernel/type_forms.h"
 #include "model/field_types.h"
 #include "model/parametric.h"
@@ -28,16 +31,28 @@ Result<Value> kinds(CommandContext&, const Map&) {
   return Value(std::move(out));
 }
 
+/// It follows from declarations, which do not change.
+Value schema_of(const document::Snapshot& snapshot, Kind kind) {
+  static std::mutex mutex;
+  static std::map<Kind, std::shared_ptr<const Map>> all;  // guarded by mutex
+  const std::lock_guard lock(mutex);
+  std::shared_ptr<const Map>& made = all[kind];
+  if (!made) {
+    const model::KindInfo& about = model::info(kind);
+    List form;
+    for (const ParamSpec& p : model::record_fields(about)) form.emplace_back(param_value(p));
+    made = std::make_shared<const Map>(Map{{"kind", about.name},
+                                           {"extension", about.extension},
+                                           {"folder", about.folder},
+                                           {"fields", schema_fields(snapshot, *about.type)},
+                                           {"form", std::move(form)}});
+  }
+  return Value(made);
+}
+
 Result<Value> schema(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const Kind kind, kind_given(args));
-  const model::KindInfo& about = model::info(kind);
-  List form;
-  for (const ParamSpec& p : model::record_fields(about)) form.emplace_back(param_value(p));
-  return Value(Map{{"kind", about.name},
-                   {"extension", about.extension},
-                   {"folder", about.folder},
-                   {"fields", schema_fields(ctx.snapshot(), *about.type)},
-                   {"form", std::move(form)}});
+  return schema_of(ctx.snapshot(), kind);
 }
 
 Result<Value> create_of_kind(CommandContext& ctx, const Map& args) {

@@ -13,11 +13,15 @@ namespace {
 using model::Object;
 using model::ObjectPart;
 
-Schema part_schema() {
+Schema make_part_schema() {
   Schema s = led_by({"what", "name", "material"}, record_params("object", "parts", "the object"));
   param_named(s, "what").required = true;
   param_named(s, "name").doc = "Name of the part within the object; by default that of the solid.";
   return s;
+}
+const Schema& part_schema() {
+  static const Schema all = make_part_schema();
+  return all;
 }
 
 FreshNames part_names(const Object& o) {
@@ -47,11 +51,15 @@ Result<void> append(CommandContext& ctx, Object& o, FreshNames& taken, const Map
 }
 
 /// The fields of an object itself.
-Schema object_schema() {
+Schema make_object_schema() {
   Schema s =
       led_by({"overlap"}, without(record_params("object", ""), {"measured", "parts", "tcps"}));
   param_named(s, "overlap").default_value = Value(std::string(model::kOverlapWords.front()));
   return s;
+}
+const Schema& object_schema() {
+  static const Schema all = make_object_schema();
+  return all;
 }
 
 /// Sets the one field `name` of an object or part, if `schema` has it.
@@ -157,7 +165,7 @@ Result<Value> set_object(CommandContext& ctx, const Map& args) {
       part.name = wanted;
       return {};
     }
-    const Schema fields = part_schema();
+    const Schema& fields = part_schema();
     RMP_TRY_ASSIGN(const bool is_set, set_one_field(ctx, fields, part, name, value, path));
     if (is_set) return {};
     std::vector<std::string> known;
@@ -213,7 +221,7 @@ RMP_COMMANDS(object_commands) {
                        optional("tcps", "list", "",
                                 "Tool centre points: tables with name and placement, as in "
                                 "object.add_tcp.")};
-  for (ParamSpec& p : object_schema()) create_params.push_back(std::move(p));
+  for (const ParamSpec& p : object_schema()) create_params.push_back(p);
   create_params.push_back(parameters_field());
   all.push_back(
       {.name = "object.create",

@@ -14,8 +14,10 @@ namespace {
 using model::Solid;
 using model::SolidNode;
 
-Schema solid_fields() {
-  return led_by({"material", "chord"}, without(record_params("solid", ""), {"measured", "nodes"}));
+const Schema& solid_fields() {
+  static const Schema all =
+      led_by({"material", "chord"}, without(record_params("solid", ""), {"measured", "nodes"}));
+  return all;
 }
 
 Result<Value> create_solid(CommandContext& ctx, const Map& args) {
@@ -205,7 +207,7 @@ RMP_COMMANDS(solid_commands) {
       "an imported node, or {points = {{x, y, z}, ...}, triangles = {{1, 2, 3}, ...}} of a mesh.\n";
   Schema create_params{needed("name", "string", "", "Name, unique among solids."),
                        needed("root", "map", "", "The tree, a nested table of nodes.")};
-  for (ParamSpec& p : solid_fields()) create_params.push_back(std::move(p));
+  for (const ParamSpec& p : solid_fields()) create_params.push_back(p);
   create_params.push_back(parameters_field());
   all.push_back({.name = "solid.create",
                  .classic = "",

@@ -72,10 +72,13 @@ std::string with_torch(const char* rest) {
 
 }  // namespace
 
-Schema tcp_schema() {
-  Schema s = record_params("object", "tcps", "the object");
-  param_named(s, "name").required = true;
-  return s;
+const Schema& tcp_schema() {
+  static const Schema all = [] {
+    Schema s = record_params("object", "tcps", "the object");
+    param_named(s, "name").required = true;
+    return s;
+  }();
+  return all;
 }
 
 Result<void> append_tcp(CommandContext& ctx, Object& o, const Map& checked, const Map& given,

@@ -10,7 +10,7 @@
 namespace robomosp::ioci {
 
 /// Fields of a centre point: its name and its placement in the object.
-[[nodiscard]] Schema tcp_schema();
+[[nodiscard]] const Schema& tcp_schema();
 /// Adds one from checked fields; `given` has the placement as it was given.
 Result<void> append_tcp(CommandContext&, model::Object&, const Map& checked, const Map& given,
                         std::string_view path);

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "evaluation/attached_tools.h"
+#include "ioci/core/placement_argument.h"
 #include "ioci/core/record_params.h"
-#include "ioci/robot/placement_argument.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
 

@@ -473,9 +473,10 @@ Result<Value> convert_rotation(CommandContext& ctx, const Map& args) {
   };
   if (has(args, "euler")) {
     ++given;
-    const Schema fields{needed("sequence", "string", "",
-                               "Sequence such as rzyx (moving axes) or sxyz (fixed axes)."),
-                        needed("angles", "vec3", "rad", "Angles in the order of the sequence.")};
+    static const Schema fields{
+        needed("sequence", "string", "",
+               "Sequence such as rzyx (moving axes) or sxyz (fixed axes)."),
+        needed("angles", "vec3", "rad", "Angles in the order of the sequence.")};
     RMP_TRY_ASSIGN(const Map e, read_map(ctx, fields, *args.find("euler"), "euler"));
     const auto s = spatial::euler_sequence(text_of(e, "sequence"));
     if (!s) {

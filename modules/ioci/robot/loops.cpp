@@ -31,10 +31,13 @@ std::string with_four_bar(const char* rest) {
          rest;
 }
 
-Schema side_schema() {
-  Schema s{needed("link", "any", "", "Number or name of the link, or \"base\".")};
-  for (ParamSpec& p : placement_fields("the link")) s.push_back(std::move(p));
-  return s;
+const Schema& side_schema() {
+  static const Schema all = [] {
+    Schema s{needed("link", "any", "", "Number or name of the link, or \"base\".")};
+    for (ParamSpec& p : placement_fields("the link")) s.push_back(std::move(p));
+    return s;
+  }();
+  return all;
 }
 
 std::string side_type() {

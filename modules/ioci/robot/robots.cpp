@@ -261,8 +261,11 @@ void report_no_mass(CommandContext& ctx, const RobotModel& m, Severity severity,
 Result<std::vector<model::BodyPart>> read_bodies(CommandContext& ctx, const Value& list,
                                                  const std::string& path, const char* name) {
   std::vector<model::BodyPart> out;
-  Schema schema{needed("what", "ref:object|solid", "", "An object or solid.")};
-  for (ParamSpec& p : placement_fields("the link")) schema.push_back(std::move(p));
+  static const Schema schema = [] {
+    Schema s{needed("what", "ref:object|solid", "", "An object or solid.")};
+    for (ParamSpec& p : placement_fields("the link")) s.push_back(std::move(p));
+    return s;
+  }();
   const List* items = list.as_list();
   for (std::size_t i = 0; items && i < items->size(); ++i) {
     const std::string where = path + "[" + std::to_string(i + 1) + "]";

@@ -3,25 +3,12 @@
 #include <algorithm>
 
 #include "evaluation/attached_tools.h"
+#include "ioci/core/placement_argument.h"
 #include "ioci/core/record_params.h"
-#include "ioci/robot/placement_argument.h"
 #include "ioci/robot/robots.h"
 #include "model/placement.h"
 
 namespace robomosp::ioci {
-bool has_placement(const CommandContext& ctx) {
-  const Schema fields = placement_fields("");
-  return std::any_of(fields.begin(), fields.end(),
-                     [&](const ParamSpec& p) { return ctx.given(p.name) != nullptr; });
-}
-
-Result<model::Placement> placement_given(const CommandContext& ctx, const std::string& what) {
-  Map given;
-  for (const ParamSpec& p : placement_fields(""))
-    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  return read_placement_fields(given, what);
-}
-
 namespace {
 
 using model::Robot;

@@ -98,7 +98,7 @@ std::string segment_type() {
   for (ParamSpec& p : placement_fields("the trajectory")) {
     s.push_back(noted(std::move(p), "@when(trajectory is present)"));
   }
-  for (ParamSpec& p : declared_segment_params()) s.push_back(std::move(p));
+  for (const ParamSpec& p : declared_segment_params()) s.push_back(p);
   // Parameters of the shape, its law and its orientation stand beside the others.
   std::string text = map_type(s);
   text.insert(3, "<type:setting>");

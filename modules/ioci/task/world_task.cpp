@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ioci/core/placement_argument.h"
 #include "ioci/core/record_params.h"
 #include "ioci/core/watchers.h"
 #include "ioci/program/alone_inputs.h"
@@ -37,13 +38,13 @@ Result<Value> add_member(CommandContext& ctx, const Map& args, std::vector<T> Wo
 Result<Value> add_frame(CommandContext& ctx, const Map& args) {
   model::PlacedFrame f;
   RMP_TRY(set_fields(f, args));
-  RMP_TRY_ASSIGN(f.placement, given_placement(ctx, "placement"));
+  RMP_TRY_ASSIGN(f.placement, placement_given(ctx, "placement"));
   return add_member(ctx, args, &World::frames, "frame", std::move(f));
 }
 
 Result<Value> add_light(CommandContext& ctx, const Map& args) {
   model::PlacedLight l;
-  RMP_TRY_ASSIGN(l.placement, given_placement(ctx, "placement"));
+  RMP_TRY_ASSIGN(l.placement, placement_given(ctx, "placement"));
   RMP_TRY(set_fields(l, args));
   return add_member(ctx, args, &World::lights, "light", std::move(l));
 }
@@ -113,7 +114,7 @@ Result<Value> set_signal(CommandContext& ctx, const Map& args) {
 Result<Value> attach(CommandContext& ctx, const Map& args) {
   model::Attachment a;
   RMP_TRY(set_fields(a, args));
-  RMP_TRY_ASSIGN(a.tool_T_object, given_placement(ctx, "placement"));
+  RMP_TRY_ASSIGN(a.tool_T_object, placement_given(ctx, "placement"));
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     std::erase_if(w.attachments, [&](const auto& old) { return old.object == a.object; });
     w.attachments.push_back(a);

@@ -90,7 +90,7 @@ Result<model::Transition> read_transition(const CommandContext& ctx, const Value
   if (!v.as_map())
     return error(ErrorCode::invalid_argument, v.text() + " is not a transition",
                  "Give \"none\", \"smooth\" or {distance = ..., speed = ...}.", path);
-  const Schema schema{
+  static const Schema schema{
       between(
           optional(
               "distance", "real", "m",
@@ -125,8 +125,7 @@ const model::Field* declared_segment_field(std::string_view name) {
 }
 Result<void> read_declared(const CommandContext& ctx, const model::Field& f, const Value& v,
                            TrajectorySegment& out, const std::string& path) {
-  Schema schema = declared_segment_params();
-  std::erase_if(schema, [&](const ParamSpec& p) { return p.name != f.name; });
+  const Schema schema{*find_param(declared_segment_params(), f.name)};
   RMP_TRY_ASSIGN(const Map checked,
                  read_map(ctx, schema, Value(Map{{std::string(f.name), v}}), path));
   return set_field(f, &out, checked);
@@ -186,10 +185,13 @@ Result<void> read_joints(const Value& given, TrajectorySegment& out, const std::
 Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& given,
                                       const std::string& path) {
   TrajectorySegment out;
-  Schema schema = placement_fields("The trajectory's frame.");
-  schema.push_back(needed("trajectory", "ref:trajectory", "", "The trajectory to run."));
-  schema.push_back(optional("transition", "any", "", "Transition from the segment before."));
-  for (ParamSpec& p : declared_segment_params()) schema.push_back(std::move(p));
+  static const Schema schema = [] {
+    Schema s = placement_fields("The trajectory's frame.");
+    s.push_back(needed("trajectory", "ref:trajectory", "", "The trajectory to run."));
+    s.push_back(optional("transition", "any", "", "Transition from the segment before."));
+    for (const ParamSpec& p : declared_segment_params()) s.push_back(p);
+    return s;
+  }();
   RMP_TRY_ASSIGN(const Map checked, read_map(ctx, schema, Value(given), path));
   out.stored = typed<model::Trajectory>(checked, "trajectory");
   Result<void> set;
@@ -207,13 +209,16 @@ Result<TrajectorySegment> read_stored(const CommandContext& ctx, const Map& give
 
 }  // namespace
 
-Schema declared_segment_params() {
-  Schema out;
-  each_declared_field([&](const model::Field& f) {
-    out.push_back(model::field_param("trajectory", "segments." + std::string(f.name), f));
-    out.back().required = false;
-  });
-  return out;
+const Schema& declared_segment_params() {
+  static const Schema all = [] {
+    Schema out;
+    each_declared_field([&](const model::Field& f) {
+      out.push_back(model::field_param("trajectory", "segments." + std::string(f.name), f));
+      out.back().required = false;
+    });
+    return out;
+  }();
+  return all;
 }
 
 Result<std::vector<double>> read_joint_vector(const Value& row, const std::string& path) {

@@ -21,7 +21,7 @@ namespace robomosp::ioci {
                                                             const std::string& path);
 /// The fields of segments that are given as they are declared, without those with a special form
 /// (shape, laws, points, joints, transition, trajectory and placement).
-[[nodiscard]] Schema declared_segment_params();
+[[nodiscard]] const Schema& declared_segment_params();
 /// Joint values of a robot that is not known yet: numbers, or texts with units.
 [[nodiscard]] Result<std::vector<double>> read_joint_vector(const Value&, const std::string& path);
 /// The segment with the fields of the table changed: a new shape drops the parameters of the old

@@ -10,6 +10,7 @@
 #include "io/native.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/loaded.h"
+#include "ioci/core/placement_argument.h"
 #include "ioci/world/members.h"
 #include "kernel/fresh_names.h"
 #include "model/placement.h"
@@ -182,9 +183,8 @@ Result<void> only_for(const Map& args, const char* name, Kind kind, Kind given) 
 }
 
 Result<Value> load_element(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
-  bool has_place = false;
-  for (const ParamSpec& p : placement_fields("")) has_place = has_place || ctx.given(p.name);
+  RMP_TRY_ASSIGN(const auto placement, placement_given(ctx, "placement"));
+  const bool has_place = has_placement(ctx);
   const AnyId world = ref(args, "id");
   const std::string file = text_of(args, "file");
   const std::vector<AnyId> before = ctx.snapshot().list(Kind::world);

@@ -172,13 +172,6 @@ Error no_member(const World& w, const std::string& name) {
   return unknown_name("member", name, {all.begin(), all.end()});
 }
 
-Result<model::Placement> given_placement(const CommandContext& ctx, std::string_view path) {
-  Map given;
-  for (const ParamSpec& p : placement_fields(""))
-    if (const Value* v = ctx.given(p.name)) given.set(p.name, *v);
-  return read_placement_fields(given, path);
-}
-
 Schema member_params(std::string_view list, std::string_view leader, const std::string& frame) {
   Schema s = led_by({leader, "name"}, record_params("world", list, frame));
   param_named(s, leader).required = true;

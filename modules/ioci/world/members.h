@@ -23,9 +23,6 @@ namespace robomosp::ioci {
 [[nodiscard]] std::string free_member_name(const model::World& w, const std::string& wanted);
 /// "there is no member ..." with near names.
 [[nodiscard]] Error no_member(const model::World& w, const std::string& name);
-/// The placement given by the fields of placement_fields(), as it was written.
-[[nodiscard]] Result<model::Placement> given_placement(const CommandContext& ctx,
-                                                       std::string_view path);
 
 /// Index of a robot in the list of a world: by its name there, in constant time, or by its record
 /// if that is placed only once. Errors begin with `path`.

@@ -10,6 +10,7 @@
 #include "ioci/core/commands.h"
 #include "ioci/core/counted.h"
 #include "ioci/core/loaded.h"
+#include "ioci/core/placement_argument.h"
 #include "ioci/core/record_params.h"
 #include "ioci/robot/array_units.h"
 #include "ioci/robot/shown_robot.h"
@@ -55,7 +56,7 @@ Result<Value> set_world(CommandContext& ctx, const Map& args) {
 template <class Members, class Member>
 Result<Value> add_placed(CommandContext& ctx, const Map& args, Members World::*list, AnyId record,
                          Member made) {
-  RMP_TRY_ASSIGN(made.placement, given_placement(ctx, "placement"));
+  RMP_TRY_ASSIGN(made.placement, placement_given(ctx, "placement"));
   RMP_TRY(change_world(ctx, args, [&](World& w) -> Result<void> {
     RMP_TRY_ASSIGN(made.name, member_name(w, args, ctx.snapshot().find(record)->name));
     (w.*list).push_back(made);
@@ -183,7 +184,7 @@ Result<Value> remove_member(CommandContext& ctx, const Map& args) {
 }
 
 Result<Value> place(CommandContext& ctx, const Map& args) {
-  RMP_TRY_ASSIGN(const auto placement, given_placement(ctx, "placement"));
+  RMP_TRY_ASSIGN(const auto placement, placement_given(ctx, "placement"));
   const std::string name = text_of(args, "member");
   return change_world(ctx, args, [&](World& w) -> Result<void> {
     bool found = false;
