@@ -127,9 +127,10 @@ Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
 
 SceneView& Display::scene() const { return surface_->scene(); }
 
-/// A motion may be drawn with fewer pixels, until it comes to rest.
+/// A motion may be drawn with fewer pixels, until it comes to rest; so may what else changes
+/// meanwhile.
 void Display::changed(bool is_motion) {
-  surface_->share = is_motion ? pace_.share() : 1;
+  surface_->share = is_motion || still_.isActive() ? pace_.share() : 1;
   if (is_motion) still_.start(kStillMs);
   is_refined_ = false;
   if (refiner_) refiner_->cancel();

@@ -106,6 +106,7 @@ class Display::GlSurface : public Display::Surface {
       if (owner_.share < 1) {
         draw_small(owner_.share);
       } else {
+        small_.reset();  // the next motion may need another size
         // Qt may have made a new framebuffer, for example after a resize.
         owner_.scene_.set_framebuffer(defaultFramebufferObject());
         owner_.draw(owner_.scene_, owner_.only);
@@ -114,19 +115,20 @@ class Display::GlSurface : public Display::Surface {
     }
 
    private:
-    /// Into the corner of a framebuffer of the whole size, then enlarged.
+    /// Into a smaller framebuffer, then enlarged.
     void draw_small(double share) {
-      if (!small_ || small_->size() != owner_.whole)
+      const QSize size = shrunk(owner_.whole, share);
+      if (!small_ || small_->size() != size)
         small_ = std::make_unique<QOpenGLFramebufferObject>(
-            owner_.whole, QOpenGLFramebufferObject::CombinedDepthStencil);
+            size, QOpenGLFramebufferObject::CombinedDepthStencil);
       // OpenSceneGraph binds it only after it has drawn into another one.
       small_->bind();
       owner_.scene_.set_framebuffer(small_->handle());
       owner_.draw(owner_.scene_, owner_.only);
       small_->release();
-      QOpenGLFramebufferObject::blitFramebuffer(
-          nullptr, QRect(QPoint(), owner_.whole), small_.get(),
-          QRect(QPoint(), shrunk(owner_.whole, share)), GL_COLOR_BUFFER_BIT, GL_LINEAR);
+      QOpenGLFramebufferObject::blitFramebuffer(nullptr, QRect(QPoint(), owner_.whole),
+                                                small_.get(), QRect(QPoint(), size),
+                                                GL_COLOR_BUFFER_BIT, GL_LINEAR);
     }
     GlSurface& owner_;
     std::unique_ptr<QOpenGLFramebufferObject> small_;

@@ -11,7 +11,9 @@ namespace robomosp::viewer {
 /// fewer are drawn while the view moves.
 class Pace {
  public:
-  static constexpr double kAim = 0.022;  ///< time of a picture until it is on the screen [s]
+  /// Time of a picture until it is on the screen [s]: 40 pictures a second, with time left for
+  /// what draws no pixels.
+  static constexpr double kAim = 0.02;
   static constexpr double kLeast = 0.35;
 
   /// Of the sides of a picture in motion, kLeast .. 1; 1 = all pixels.
@@ -21,7 +23,7 @@ class Pace {
     if (!(seconds > 0) || !std::isfinite(seconds)) return;
     // A part of the time does not depend on the pixels: half a step each time.
     const double wanted = share * std::pow(kAim / seconds, 0.35);
-    const bool is_far = seconds > 1.15 * kAim || seconds < 0.7 * kAim;
+    const bool is_far = seconds > 1.1 * kAim || seconds < 0.75 * kAim;
     if (is_far) share_ = std::clamp(wanted, kLeast, 1.0);
     if (share_ > 0.95) share_ = 1;
   }
