@@ -633,9 +633,9 @@ TEST_F(DesktopTest, PropertiesFollowTheSelectionAndThePaletteRunsACommandOnIt) {
   desk_->select({{block, {}}});
   ASSERT_TRUE(until([&] { return window_->properties().title() == "block"; }));
   CommandPalette& palette = window_->palette();
-  ASSERT_TRUE(until([&] { return palette.command_count() > 500; }));
   action("palette")->trigger();
   ASSERT_TRUE(palette.isVisible());
+  ASSERT_TRUE(until([&] { return palette.command_count() > 500; }));
   QTest::keyClicks(palette.line(), "solid.mass");
   QTest::keyClick(palette.line(), Qt::Key_Return);
   ASSERT_TRUE(until([&] { return palette.has_form(); }));

@@ -2,6 +2,7 @@
 #include "viewer/forms/command_palette.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <QAbstractListModel>
 #include <QHBoxLayout>
@@ -252,12 +253,20 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
                    [this](const QModelIndex& index) { choose(index.row()); });
   hide();
   set_docked(false);
-  reload();
 }
 
 CommandPalette::~CommandPalette() = default;
 
 void CommandPalette::reload() {
+  if (is_asked_) ask_for_commands();
+}
+
+/// The descriptions of all commands take 8 MB, and a window may never need them.
+void CommandPalette::need_commands() {
+  if (!std::exchange(is_asked_, true)) ask_for_commands();
+}
+
+void CommandPalette::ask_for_commands() {
   ask(client_, "ioci.describe", {}, this, [this](const Result<Value>& r) {
     if (!r.ok() || !r->as_list()) {
       count_->setText(r.ok() ? QString() : qt(r.error().sentence()));
@@ -271,7 +280,7 @@ void CommandPalette::reload() {
       if (!m) continue;
       commands_.push_back(
           {text_entry(*m, "name"), text_entry(*m, "classic"), text_entry(*m, "summary")});
-      descriptions_.push_back(*m);
+      descriptions_.push_back(each);
     }
     search(line_->text());
     if (const auto wanted = std::exchange(wanted_, std::nullopt))
@@ -329,6 +338,7 @@ void CommandPalette::set_recent(std::vector<std::string> names) {
 }
 
 void CommandPalette::open(const QString& typed) {
+  need_commands();
   show_form(false);
   line_->setText(typed);
   search(typed);
@@ -347,11 +357,18 @@ void CommandPalette::open_command(const std::string& command, const Map& values)
     if (is_docked_ && on_open) on_open();
     Map all = values;
     std::map<std::string, QString> sources;
-    prefill(descriptions_[i], all, sources);
-    form_->open_described(descriptions_[i], all, sources);
+    const Map& description = *std::as_const(descriptions_[i]).as_map();
+    prefill(description, all, sources);
+    form_->open_described(description, all, sources);
     return;
   }
   wanted_ = std::pair(command, values);
+  need_commands();
+}
+
+void CommandPalette::showEvent(QShowEvent* event) {
+  QFrame::showEvent(event);
+  need_commands();
 }
 
 void CommandPalette::choose(int row) {
@@ -362,8 +379,9 @@ void CommandPalette::choose(int row) {
     if (index >= descriptions_.size()) return;
     Map values;
     std::map<std::string, QString> sources;
-    prefill(descriptions_[index], values, sources);
-    form_->open_described(descriptions_[index], values, sources);
+    const Map& description = *std::as_const(descriptions_[index]).as_map();
+    prefill(description, values, sources);
+    form_->open_described(description, values, sources);
   };
   const bool has_names = std::all_of(selection_.begin(), selection_.end(), [this](const auto& s) {
     return s.record.number == 0 || names_.contains(s.record.number);

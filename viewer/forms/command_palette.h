@@ -50,7 +50,8 @@ class CommandPalette : public QFrame {
   /// Names of the commands that were run, newest first; they are listed first.
   void set_recent(std::vector<std::string> names);
   [[nodiscard]] const std::vector<std::string>& recent() const { return recent_; }
-  /// Asks for the commands again, such as after a plugin was loaded.
+  /// Asks for the commands again, such as after a plugin was loaded, if it has asked before: it
+  /// first does when it is opened.
   void reload();
 
   [[nodiscard]] CommandForm* form() const { return form_; }
@@ -71,9 +72,12 @@ class CommandPalette : public QFrame {
   void keyPressEvent(QKeyEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void paintEvent(QPaintEvent* event) override;
+  void showEvent(QShowEvent* event) override;
 
  private:
   class Model;
+  void need_commands();
+  void ask_for_commands();
   void search(const QString& typed);
   void choose(int row);
   void show_form(bool on);
@@ -82,7 +86,8 @@ class CommandPalette : public QFrame {
   void prefill(const Map& description, Map& values, std::map<std::string, QString>& sources) const;
   ioci::Client& client_;
   std::vector<SearchedCommand> commands_;
-  std::vector<Map> descriptions_;  ///< in the same order
+  std::vector<Value> descriptions_;  ///< maps in the same order, shared with other askers
+  bool is_asked_ = false;
   SelectedPaths selection_;
   std::map<std::uint64_t, std::string> names_;  ///< of selected records, by number
   std::map<std::string, Map> last_use_;

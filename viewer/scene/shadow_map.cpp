@@ -39,6 +39,10 @@ ShadowMap::ShadowMap(int size, osg::Node* casters, unsigned mask) : size_(size) 
   camera_->setReferenceFrame(osg::Transform::ABSOLUTE_RF_INHERIT_VIEWPOINT);
   camera_->setRenderTargetImplementation(osg::Camera::FRAME_BUFFER_OBJECT);
   camera_->attach(osg::Camera::DEPTH_BUFFER, depth_.get());
+  // Depth alone: otherwise OSG adds a buffer of colours of the same size.
+  camera_->setImplicitBufferAttachmentMask(0, 0);
+  camera_->setDrawBuffer(GL_NONE);
+  camera_->setReadBuffer(GL_NONE);
   camera_->setClearMask(GL_DEPTH_BUFFER_BIT);
   camera_->setViewport(0, 0, size, size);
   camera_->setComputeNearFarMode(osg::Camera::DO_NOT_COMPUTE_NEAR_FAR);
