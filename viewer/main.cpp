@@ -184,13 +184,13 @@ int render(Host& host, ioci::LiveView& view, const ioci::Opened& opened, const O
            {"size", List{options.size[0], options.size[1]}},
            {"projection", options.orthographic ? "orthographic" : "perspective"},
            {"zoom", options.zoom},
-           {"edges", !options.no_edges},
-           {"hidden", options.hidden}};
+           {"edges", !options.no_edges}};
   const auto add_vec = [&](const char* name, const std::optional<Vec3>& v) {
     if (v) args.set(name, List{(*v)[0], (*v)[1], (*v)[2]});
   };
   add_vec("eye", options.eye);
   add_vec("target", options.target);
+  if (options.hidden) args.set("hidden", true);
   if (!options.section.empty()) args.set("section", options.section);
   if (!options.background.empty()) args.set("background", options.background);
   if (options.explode > 0) args.set("explode", options.explode);
@@ -339,6 +339,7 @@ int run(Options options, viewer::StartTimes& times) {
   if (std::filesystem::path(request.what).extension() == ".lua")
     request.script = std::exchange(request.what, {});
   request.simulates = !options.still && (options.at || !options.play.empty());
+  request.is_for_picture = true;
   std::optional<Result<ioci::Opened>> opened;
   (void)(*view)->open_record(std::move(request),
                              [&](const Result<ioci::Opened>& r) { opened.emplace(r); });

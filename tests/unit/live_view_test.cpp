@@ -665,6 +665,12 @@ TEST_F(LiveViewTest, WhatCannotBeOpenedIsAnErrorThatNamesIt) {
             std::string::npos);
   EXPECT_NE(refused({.what = "steel"}).find("\"steel\" is a material; it cannot be shown."),
             std::string::npos);
+  std::optional<Result<ioci::Opened>> drawn;  // by material.render
+  host.view->open_record({.what = "steel", .is_for_picture = true},
+                         [&](const Result<ioci::Opened>& r) { drawn.emplace(r); });
+  host.until([&] { return drawn.has_value(); });
+  ASSERT_TRUE(drawn && drawn->ok());
+  EXPECT_EQ((*drawn)->what.kind, "material");
   EXPECT_NE(refused({.what = "nowhere/x.wld"}).find("nowhere/x.wld"), std::string::npos);
   EXPECT_NE(refused({.script = "nowhere.lua"}).find("there is no script \"nowhere.lua\""),
             std::string::npos);

@@ -73,7 +73,7 @@ TEST(Program, ANameThatIsNothingShownIsAnsweredOverAllKinds) {
          "there is no world, robot, object or solid \"pa10_circel\". Did you mean "
          "\"pa10_circle\"?");
   expect("puma56" + render(), 3, "Did you mean \"puma560\"?");
-  expect("steel" + render(), 3, "\"steel\" is a material; it cannot be shown.");
+  expect("circle" + render(), 3, "\"circle\" is a trajectory; it cannot be shown.");
   expect("pa10_circle --play nobody circle" + render(), 3,
          "there is no robot \"nobody\" in the world. There is pa10.");
 }
@@ -100,7 +100,8 @@ TEST(Program, AScriptSaysWhatIsShownByWhatItReturns) {
   };
   shows("assert(arg[1] == '0.5') return robot 'puma560'", 0);
   shows("return solid.create{name = 'box', root = {kind = 'box', x = 1, y = 1, z = 1}}", 0);
-  EXPECT_NE(shows("return material.create{name = 'tin', density = 7000}", 3).find("is a material"),
+  shows("return material.create{name = 'tin', density = 7000}", 0);
+  EXPECT_NE(shows("return task.create{name = 'serve', steps = {}}", 3).find("is a task"),
             std::string::npos);
   EXPECT_NE(shows("return robot('planar2rods'):simulate{q = {0, 0.5}, duration = 0.1}", 3)
                 .find("a recording without a world"),

@@ -389,6 +389,9 @@ TEST_F(ThumbnailsTest, RowsOfTheLibraryHavePicturesAndDescriptions) {
     GTEST_SKIP() << "the program that draws is not built";
   const QPersistentModelIndex robot = row({"Library", "Robots", "twolink"});
   ASSERT_TRUE(robot.isValid());
+  const QPersistentModelIndex material = row({"Library", "Materials", "brass"});
+  ASSERT_TRUE(material.isValid());
+  EXPECT_TRUE(material.data(NavigatorModel::kPicture).value<QPixmap>().isNull());
   EXPECT_TRUE(robot.data(NavigatorModel::kPicture).value<QPixmap>().isNull());
   EXPECT_FALSE(robot.data(NavigatorModel::kIcon).toString().isEmpty());
   const QString tip = robot.data(Qt::ToolTipRole).toString();
@@ -402,6 +405,18 @@ TEST_F(ThumbnailsTest, RowsOfTheLibraryHavePicturesAndDescriptions) {
   ASSERT_TRUE(until([&] { return !robot.data(NavigatorModel::kPicture).value<QPixmap>().isNull(); },
                     kDrawingMs));
   EXPECT_TRUE(robot.data(Qt::ToolTipRole).toString().contains("<img"));
+  // A material on a sphere and a cone, in its colour.
+  ASSERT_TRUE(
+      until([&] { return !material.data(NavigatorModel::kPicture).value<QPixmap>().isNull(); },
+            kDrawingMs));
+  const QImage drawn(thumbnails->file("material", "brass"));
+  int yellow = 0;
+  for (int y = 0; y < drawn.height(); ++y)
+    for (int x = 0; x < drawn.width(); ++x) {
+      const QColor c = drawn.pixelColor(x, y);
+      yellow += c.red() > c.blue() + 40 && c.green() > c.blue() + 20;
+    }
+  EXPECT_GT(yellow, drawn.width() * drawn.height() / 20);
   qputenv("ROBOMOSP_NO_THUMBNAILS", "1");
 }
 

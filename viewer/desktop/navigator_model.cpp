@@ -771,7 +771,7 @@ void NavigatorModel::ask_library(Node& shelf) {
   shelf.load = Node::Load::asked;
   ++asked_;
   // Shelves live as long as the model.
-  const Map args{{"kind", shelf.kind}, {"digests", shelf.kind != "material"}};
+  const Map args{{"kind", shelf.kind}, {"digests", true}};
   desk_.ask("library.describe", args, *this, [this, &shelf](const Result<Value>& r) {
     --asked_;
     shelf.load = Node::Load::done;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
 
 #include "kernel/text.h"
@@ -11,6 +12,16 @@ namespace robomosp::ioci {
 namespace {
 
 constexpr std::array kShown{Kind::world, Kind::robot, Kind::object, Kind::solid};
+/// A material is drawn on a sphere and a cone, of which a window has no scene.
+constexpr std::array kDrawn{Kind::world, Kind::robot, Kind::object, Kind::solid, Kind::material};
+
+std::span<const Kind> kinds_of(const OpenRequest& request) {
+  if (request.is_for_picture) return kDrawn;
+  return kShown;
+}
+bool is_among(std::span<const Kind> kinds, Kind kind) {
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
 
 /// Why a material, trajectory or task cannot be shown.
 Error not_shown(const std::string& what, Kind kind, const std::string& name) {
@@ -58,7 +69,8 @@ Error nothing_shown(Application& app, Session& session, const std::string& what)
 }
 
 /// A file, or a name of the library tried kind by kind.
-Result<Handle> open_record(Application& app, Session& session, const std::string& what) {
+Result<Handle> open_record(Application& app, Session& session, const OpenRequest& request) {
+  const std::string& what = request.what;
   const auto handle_of = [&](const Value& v) -> Result<Handle> {
     if (const Handle* h = v.as_handle()) return *h;
     return error(ErrorCode::internal, "loading gave no handle", "Report this.");
@@ -68,11 +80,11 @@ Result<Handle> open_record(Application& app, Session& session, const std::string
     RMP_TRY_ASSIGN(const Value loaded, app.dispatch(session, "file.load", Map{{"file", what}}));
     RMP_TRY_ASSIGN(const Handle h, handle_of(loaded));
     RMP_TRY_ASSIGN(const AnyId id, Application::record_id(*app.document.now(), h));
-    if (std::find(kShown.begin(), kShown.end(), id.kind) == kShown.end())
+    if (!is_among(kinds_of(request), id.kind))
       return not_shown(what, id.kind, app.document.now()->find(id)->name);
     return h;
   }
-  for (const Kind kind : kShown) {
+  for (const Kind kind : kinds_of(request)) {
     auto found = app.dispatch(session, std::string(to_string(kind)) + ".get", Map{{"name", what}});
     if (found.ok()) return handle_of(*found);
     if (found.error().code != ErrorCode::unknown_name && found.error().code != ErrorCode::not_found)
@@ -103,7 +115,7 @@ Result<Scripted> run_shown_script(Application& app, Scripts& scripts, const Open
                    "Return one of a world, or the world itself.", file);
     }
     RMP_TRY_ASSIGN(const AnyId id, Application::record_id(*app.document.now(), *h));
-    if (std::find(kShown.begin(), kShown.end(), id.kind) == kShown.end()) {
+    if (!is_among(kinds_of(request), id.kind)) {
       const std::string name = app.document.now()->find(id)->name;
       return not_shown(name, id.kind, name);
     }
@@ -142,7 +154,7 @@ Result<Opened> open_shown(Application& app, Session& session, Scripts* scripts,
                           const OpenRequest& request) {
   Opened out;
   if (request.script.empty()) {
-    RMP_TRY_ASSIGN(out.what, open_record(app, session, request.what));
+    RMP_TRY_ASSIGN(out.what, open_record(app, session, request));
     if (request.simulates || !request.play.empty()) {
       RMP_TRY_ASSIGN(out.recording, simulate_shown(app, session, out.what, request.play));
     }

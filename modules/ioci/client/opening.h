@@ -22,11 +22,13 @@ struct OpenRequest {
   /// Robot and trajectory of a world to simulate; empty = the first of each, if there are any.
   std::vector<std::string> play{};
   bool simulates = true;  ///< false: only a recording of the script moves it
+  /// For a picture by <kind>.render, which materials have, too.
+  bool is_for_picture = false;
 };
 
 struct Opened {
-  Handle what;                                     ///< a world, robot, object or solid
-  std::string name;                                ///< of that record
+  Handle what;       ///< a world, robot, object or solid; for a picture also a material
+  std::string name;  ///< of that record
   std::optional<Handle> recording = std::nullopt;  ///< moves the world's members
   double from = 0, to = 0;                         ///< times of its first and last row [s]
 };
