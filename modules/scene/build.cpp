@@ -16,7 +16,9 @@ Result<Built> build(const Source& source, AnyId id, const Extras& extras, Progre
   wanted.extras = extras;
   wanted.motion = std::move(motion);
   RMP_TRY_ASSIGN(const FramePtr frame, model.update(wanted, Detail::exact, progress));
-  return built_of(*frame, extras.explode);
+  auto built = built_of(*frame, extras.explode);
+  if (built.ok()) built->frame = frame;
+  return built;
 }
 
 Result<Built> built_of(const Frame& frame, double explode_by) {

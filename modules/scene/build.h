@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,10 +35,14 @@ struct Source {
   collision::CollisionCache* collision_models = nullptr;
 };
 
+struct Frame;
+
 /// A scene, and sentences about what could not be built and was left out.
 struct Built {
   render::Scene scene;
   std::vector<std::string> left_out;
+  /// That it was made of by build(); null from built_of().
+  std::shared_ptr<const Frame> frame{};
 };
 
 /// A world (objects, robots at the joint values the world gives them, trajectories as lines, a
@@ -49,7 +54,6 @@ struct Built {
 [[nodiscard]] Result<Built> build(const Source&, AnyId, const Extras&, Progress&,
                                   MotionPtr motion = nullptr);
 
-struct Frame;
 /// A frame as one scene, moved apart by `explode_by` (see Extras::explode). Where there is nothing
 /// to show, the frame's failure.
 [[nodiscard]] Result<Built> built_of(const Frame& frame, double explode_by);

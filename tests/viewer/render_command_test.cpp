@@ -288,6 +288,81 @@ TEST_F(RenderCommand, ARecordingOfARobotAloneIsDrawnFilmedAndReplayed) {
             std::string::npos);
 }
 
+TEST_F(RenderCommand, MembersAreLeftOutAndPlacesFaded) {
+  run("material.create", {{"name", "red"}, {"density", 1000}, {"colour", "#d00000"}});
+  run("solid.create", {{"name", "cube"},
+                       {"material", "red"},
+                       {"root", Map{{"kind", "box"}, {"x", 0.2}, {"y", 0.2}, {"z", 0.2}}}});
+  run("object.create",
+      {{"name", "pair"},
+       {"parts", List{Map{{"what", "cube"}, {"name", "left"}},
+                      Map{{"what", "cube"}, {"name", "right"}, {"position", List{0.3, 0, 0}}}}}});
+  const Value cell = run("world.create", {{"name", "cell"}});
+  run("world.add_object", {{"id", cell}, {"what", "pair"}, {"name", "near"}});
+  run("world.add_object",
+      {{"id", cell}, {"what", "pair"}, {"name", "far"}, {"position", List{0, 2, 0}}});
+  const Value arm = run("robot.get", {{"name", "planar2rods"}});
+  run("world.add_robot", {{"id", cell}, {"robot", arm}, {"name", "arm"}});
+  int pictures = 0;
+  const auto drawn = [&](const Map& more, const std::string& command = "view.render") {
+    Map a = args(more);
+    a.set("file", file("v" + std::to_string(++pictures) + ".png"));
+    if (command == "view.render") a.set("what", "cell");
+    else a.erase("what");
+    const Value done = run(command, a);
+    const Map* m = done.as_map();
+    return m ? m->find("items")->number() : -1;
+  };
+  const auto bytes = [&](int picture) {
+    std::ifstream in(file("v" + std::to_string(picture) + ".png"), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const double all = drawn({});
+  EXPECT_EQ(drawn({{"without", List{"objects.near"}}}), all - 2);
+  EXPECT_EQ(drawn({{"without", List{"objects.near", "objects.far"}}}), all - 4);
+  const double objects = drawn({{"without", List{"robots.arm"}}});
+  EXPECT_EQ(objects, 4);
+  // Opacity takes no item away, and changes the picture. The last entry of a place counts.
+  EXPECT_EQ(drawn({{"fade", List{Map{{"path", "objects.near"}, {"opacity", 0.3}}}}}), all);
+  const std::string faded = bytes(pictures);
+  EXPECT_NE(faded, bytes(1));
+  (void)drawn({{"fade", List{Map{{"path", "objects.near"}, {"opacity", 0.9}},
+                             Map{{"path", "objects.near"}, {"opacity", 0.3}}}}});
+  EXPECT_EQ(bytes(pictures), faded);
+  // A part of a record, wherever it is in the world; and in a picture of that record alone.
+  EXPECT_EQ(drawn({{"fade", List{Map{{"what", "pair"}, {"path", "parts.left"}, {"opacity", 0}}}}}),
+            all);
+  EXPECT_NE(bytes(pictures), bytes(1));
+  (void)drawn({{"fade", List{Map{{"what", arm}, {"opacity", 0.2}}}}});
+  EXPECT_NE(bytes(pictures), bytes(1));
+  const Map alone{{"id", "pair"}};
+  EXPECT_EQ(drawn(alone, "object.render"), 2);
+  const std::string whole = bytes(pictures);
+  EXPECT_EQ(drawn({{"id", "pair"}, {"fade", List{Map{{"path", "parts.left"}, {"opacity", 0.1}}}}},
+                  "object.render"),
+            2);
+  EXPECT_NE(bytes(pictures), whole);
+  // Overlays as a window shows them.
+  (void)drawn({{"layers", List{"labels", "centres_of_mass"}}});
+  EXPECT_NE(bytes(pictures), bytes(1));
+  // A section through the middle of what is left.
+  EXPECT_EQ(drawn({{"without", List{"robots.arm", "objects.far"}}, {"section", "x"}}), 2);
+  EXPECT_NE(refused({{"what", "cell"}, {"without", List{"objects.nears"}}})
+                .find("Did you mean \"objects.near\"?"),
+            std::string::npos);
+  EXPECT_NE(
+      refused({{"what", "cell"}, {"fade", List{Map{{"path", "objects.door"}, {"opacity", 0.5}}}}})
+          .find("the picture has nothing of \"objects.door\" of world \"cell\""),
+      std::string::npos);
+  EXPECT_NE(
+      refused({{"what", "cell"}, {"fade", List{Map{{"path", "objects.near"}, {"opacity", 1.5}}}}})
+          .find("0 to 1"),
+      std::string::npos);
+  EXPECT_NE(refused({{"what", "cell"}, {"layers", List{"label"}}}).find("labels"),
+            std::string::npos);
+  EXPECT_NE(refused({{"without", List{"objects.near"}}}).find("member"), std::string::npos);
+}
+
 TEST_F(RenderCommand, MapsStandAroundTheirRobot) {
   const Value arm = run("robot.get", {{"name", "planar2rods"}});
   const Value made = run("robot.workspace", {{"id", arm}, {"samples", 5000}, {"voxel", 0.1}});

@@ -579,6 +579,60 @@ TEST_F(TimelineTest, AFilmAndAPictureOfALiveRunAreOfItsRowsSoFar) {
   settle();
 }
 
+TEST_F(TimelineTest, ASavedPictureShowsWhatTheViewShows) {
+  shown_run();
+  ViewTab& view = *window_->current_view();
+  const auto saved = [&] {
+    settle();
+    window_->actions().find("save_picture")->trigger();
+    CommandForm& form = *window_->palette().form();
+    EXPECT_TRUE(until([&] { return form.command() == "world.render" && form.form(); }));
+    settle();
+    return form.values();
+  };
+  const auto is_given = [](const Map& values, const char* name) {
+    const Value* v = values.find(name);
+    return v && !v->is_nil() && !(v->as_list() && v->as_list()->empty());
+  };
+  const Map plain = saved();
+  for (const char* name : {"without", "fade", "layers", "section"})
+    EXPECT_FALSE(is_given(plain, name)) << name;
+  ViewLook look = view.look();
+  look.layers = {"labels"};
+  look.section_axis = 2;
+  look.section_share = 0.75;
+  view.set_look(look);
+  ASSERT_TRUE(view.fade({{view.what(), "robots.pa10"}}, 0.4));
+  const Map faded = saved();
+  ASSERT_TRUE(is_given(faded, "fade"));
+  const Map& first = map_of(list_at(faded, "fade").front());
+  EXPECT_EQ(text_at(first, "path"), "robots.pa10");
+  EXPECT_DOUBLE_EQ(number_at(first, "opacity"), 0.4);
+  EXPECT_EQ(list_at(faded, "layers").front().text(), "labels");
+  ASSERT_TRUE(view.drawn().section);
+  EXPECT_DOUBLE_EQ(number_at(map_of(*faded.find("section")), "offset"),
+                   view.drawn().section->point[2]);
+  view.show_member("robots.pa10", false);
+  Map hidden = saved();
+  EXPECT_EQ(list_at(hidden, "without").front().text(), "robots.pa10");
+  hidden.set("file", folder_.filePath("hidden.png").toStdString());
+  hidden.set("size", List{160, 120});
+  hidden.set("quality", "draft");
+  CommandForm& form = *window_->palette().form();
+  form.fill(hidden);
+  form.run();
+  ASSERT_TRUE(until([&] { return !form.is_running(); }));
+  EXPECT_EQ(QImage(folder_.filePath("hidden.png")).size(), QSize(160, 120))
+      << form.outcome().toStdString();
+  // A film has them, too, but no overlays.
+  window_->actions().find("film")->trigger();
+  ASSERT_TRUE(until([&] { return form.command() == "recording.video" && form.form(); }));
+  settle();
+  EXPECT_EQ(list_at(form.values(), "without").front().text(), "robots.pa10");
+  EXPECT_FALSE(form.values().find("layers"));
+  view.show_all();
+}
+
 /// An event may be delivered before the answer to an earlier question, which is then out of date.
 TEST_F(TimelineTest, AnAnswerThatAnEventOvertookDoesNotMoveTheTimeBack) {
   shown_run();

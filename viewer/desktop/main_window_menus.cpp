@@ -625,6 +625,9 @@ void MainWindow::film() {
                               "no recording or live run moves the current view",
                               "Open a recording, or simulate a motion first."));
   Map args = view->render_arguments();
+  if (args.find("layers") && !args.find("layers")->is_nil())
+    statusBar()->showMessage("A film shows no overlays, which do not move with a recording.", 8000);
+  args.erase("layers");
   args.set("file", utf8(view->name()) + ".mp4");
   args.set("from", view->player().from());
   args.set("to", view->player().to());

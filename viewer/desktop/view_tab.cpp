@@ -48,11 +48,6 @@ std::string_view after_list(std::string_view path) {
   return dot == std::string_view::npos ? std::string_view() : path.substr(dot + 1);
 }
 
-/// Whether an item belongs to a part: it has its name, or is inside it.
-bool is_of(std::string_view item, std::string_view part) {
-  return item == part || (item.starts_with(part) && item[part.size()] == '.');
-}
-
 /// Least and greatest coordinates of all items, {} without any.
 std::array<Vec3, 2> box_of_items(const viewer::Frame& frame) {
   constexpr double kFar = std::numeric_limits<double>::max();
@@ -331,10 +326,7 @@ void ViewTab::take(const ioci::LiveView::PicturePtr& picture) {
   hidden_items_ = hidden_->apply(*picture->frame, frame_);
   bool has_other_members = false;
   if (!picture->only_moved) {
-    std::set<std::string> members;
-    picture->frame->for_each_member([&](const scene::MemberPtr& m) {
-      if (std::string path = member_path(*m); !path.empty()) members.insert(std::move(path));
-    });
+    std::set<std::string> members = scene::member_paths(*picture->frame);
     has_other_members = members != members_;
     members_ = std::move(members);
   }
@@ -375,28 +367,11 @@ void ViewTab::take(const ioci::LiveView::PicturePtr& picture) {
 std::vector<std::uint64_t> ViewTab::items_of(const Selection& what) const {
   std::vector<std::uint64_t> out;
   if (!picture_ || !picture_->frame) return out;
-  const scene::Frame& frame = *picture_->frame;
-  const Handle whole = record_handle(frame.what);
   for (const Selected& s : what) {
-    const std::string_view part = after_list(s.path);
-    const std::string_view list =
-        std::string_view(s.path).substr(0, s.path.size() - (part.empty() ? 0 : part.size() + 1));
-    if (s.record == whole && s.path.empty() && frame.what.kind == Kind::world) continue;
-    frame.for_each_member([&](const scene::MemberPtr& member) {
-      const bool is_member = member->is_placed && s.record == whole &&
-                             list == list_of_member(member->kind) && part == member->name;
-      const bool is_record = record_handle(member->what) == s.record &&
-                             (!member->is_placed || member->kind == scene::MemberKind::body ||
-                              member->kind == scene::MemberKind::robot);
-      if (!is_member && !is_record) return;
-      const scene::ShapePtr& shape = member->shape(scene::ShapeLayer::bodies);
-      if (!shape) return;
-      for (std::size_t i = 0; i < shape->items.size(); ++i) {
-        if (!is_member && !part.empty() && !is_of(shape->items[i].what.name, part)) continue;
-        out.push_back(scene::id_of({scene::ElementKind::item, scene::ShapeLayer::bodies,
-                                    static_cast<std::uint32_t>(i), member}));
-      }
-    });
+    const auto kind = kind_from(s.record.kind);
+    if (!kind) continue;
+    const auto items = scene::items_of(*picture_->frame, {*kind, s.record.number}, s.path);
+    out.insert(out.end(), items.begin(), items.end());
   }
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());
@@ -412,7 +387,7 @@ std::optional<Pose> ViewTab::selected_pose() const {
   if (s.record == record_handle(frame.what) && !part.empty())
     frame.for_each_member([&](const scene::MemberPtr& member) {
       if (member->is_placed && part == member->name && !member->bodies.empty() &&
-          std::string_view(s.path).starts_with(list_of_member(member->kind)))
+          std::string_view(s.path).starts_with(scene::list_of_member(member->kind)))
         found = member->world_T(0);
     });
   return found;
@@ -618,13 +593,32 @@ Map ViewTab::render_arguments() const {
       {"grid", look_.has_grid},
       {"axes", look_.has_axes},
       // Nothing of an earlier picture counts.
+      {"layers", Value()},
+      {"without", Value()},
+      {"fade", Value()},
       {"section", Value()},
       {"recording", Value()},
       {"at", Value()}};
   if (look_.style == Style::hidden_line) args.set("hidden", look_.has_hidden_edges);
-  if (look_.section_axis >= 0)
+  if (look_.section_axis >= 0 && frame_.section)
     args.set("section",
-             std::string(look_.is_section_turned ? "-" : "") + kAxisWords[look_.section_axis]);
+             Map{{"axis",
+                  std::string(look_.is_section_turned ? "-" : "") + kAxisWords[look_.section_axis]},
+                 {"offset", frame_.section->point[static_cast<std::size_t>(look_.section_axis)]}});
+  if (!look_.layers.empty()) args.set("layers", List(look_.layers.begin(), look_.layers.end()));
+  if (!hidden_->names().empty())
+    args.set("without", List(hidden_->names().begin(), hidden_->names().end()));
+  List fade;
+  for (const Faded& f : faded_) {
+    Map one;
+    const auto kind = kind_from(f.what.record.kind);
+    if (f.what.record != what_ && kind && picture_ && picture_->frame)
+      one.set("what", scene::name_of(*picture_->frame, {*kind, f.what.record.number}));
+    if (!f.what.path.empty()) one.set("path", f.what.path);
+    one.set("opacity", f.opacity);
+    fade.emplace_back(std::move(one));
+  }
+  if (!fade.empty()) args.set("fade", std::move(fade));
   if (recording_) {
     args.set("recording", *recording_);
     args.set("at", player_.time());

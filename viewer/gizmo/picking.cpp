@@ -74,31 +74,12 @@ bool is_boxed(const Item& item, const ScreenCamera& camera, const QRectF& box, b
 
 }  // namespace
 
-std::string_view list_of_member(scene::MemberKind kind) {
-  switch (kind) {
-    case scene::MemberKind::body: return "objects";
-    case scene::MemberKind::robot: return "robots";
-    case scene::MemberKind::trajectory: return "trajectories";
-    case scene::MemberKind::frame: return "frames";
-    case scene::MemberKind::light: return "lights";
-    case scene::MemberKind::material:
-    case scene::MemberKind::ghost:
-    case scene::MemberKind::clearance: break;
-  }
-  return {};
-}
-
-std::string member_path(const scene::Member& m) {
-  const std::string_view list = list_of_member(m.kind);
-  return m.is_placed && !list.empty() ? std::string(list) + "." + m.name : std::string();
-}
-
 Handle record_handle(AnyId id) { return {std::string(to_string(id.kind)), id.number}; }
 
 Selection clicked(const scene::Frame& frame, const scene::ElementRef& element,
                   const Selection& now) {
   const scene::Member& member = *element.member;
-  const std::string path = member_path(member);
+  const std::string path = scene::member_path(member);
   const Selection whole{path.empty() ? Selected{record_handle(frame.what), ""}
                                      : Selected{record_handle(frame.what), path}};
   // Once something of a member is selected, clicks on its other parts select those directly.
@@ -146,7 +127,7 @@ Selection boxed(const scene::Frame& frame, const viewer::Frame& drawn, const Scr
   Selection out;
   frame.for_each_member([&](const scene::MemberPtr& m) {
     if (m->kind == scene::MemberKind::ghost || m->kind == scene::MemberKind::clearance) return;
-    const std::string path = member_path(*m);
+    const std::string path = scene::member_path(*m);
     const scene::ShapePtr& shape = m->shape(scene::ShapeLayer::bodies);
     if (!shape) return;
     if (shape->items.empty() && !path.empty() && !m->bodies.empty()) {
@@ -177,7 +158,7 @@ Selection boxed(const scene::Frame& frame, const viewer::Frame& drawn, const Scr
 
 void HiddenMembers::hide(const Selection& what, const scene::Frame& frame) {
   frame.for_each_member([&](const scene::MemberPtr& m) {
-    const std::string path = member_path(*m);
+    const std::string path = scene::member_path(*m);
     if (path.empty()) return;
     for (const Selected& s : what)
       if ((s.record == record_handle(frame.what) && s.path == path) ||
@@ -192,7 +173,7 @@ void HiddenMembers::isolate(const Selection& what, const scene::Frame& frame) {
   if (kept.names_.empty()) return;
   names_.clear();
   frame.for_each_member([&](const scene::MemberPtr& m) {
-    const std::string path = member_path(*m);
+    const std::string path = scene::member_path(*m);
     if (!path.empty() && m->kind != scene::MemberKind::light && !kept.names_.contains(path))
       names_.insert(path);
   });
@@ -203,41 +184,9 @@ void HiddenMembers::toggle(const std::string& member) {
 }
 
 std::set<std::uint64_t> HiddenMembers::apply(const scene::Frame& frame, render::Scene& scene) {
-  std::set<std::uint64_t> ids, items;
-  if (names_.empty()) return items;
-  std::set<std::string> known;
-  std::map<std::string, std::size_t> labels;
-  frame.for_each_member([&](const scene::MemberPtr& m) {
-    const std::string path = member_path(*m);
-    if (path.empty() || !names_.contains(path)) return;
-    known.insert(path);
-    for (std::size_t layer = 0; layer < scene::kShapeLayers; ++layer) {
-      const scene::ShapePtr& shape = m->shapes[layer];
-      if (!shape) continue;
-      scene::for_each_list(*shape, [&](scene::ElementKind kind, const auto& list) {
-        for (std::size_t i = 0; i < list.size(); ++i) {
-          const std::uint64_t id = scene::id_of(
-              {kind, static_cast<scene::ShapeLayer>(layer), static_cast<std::uint32_t>(i), m});
-          ids.insert(id);
-          if (kind == scene::ElementKind::item) items.insert(id);
-        }
-      });
-      for (const auto& label : shape->labels) ++labels[label.what.text];
-    }
-  });
-  names_ = std::move(known);
-  const auto is_hidden = [&](const auto& each) { return ids.contains(each.id); };
-  std::erase_if(scene.items, is_hidden);
-  std::erase_if(scene.lines, is_hidden);
-  std::erase_if(scene.triads, is_hidden);
-  std::erase_if(scene.marks, is_hidden);
-  std::erase_if(scene.labels, [&](const render::Label& label) {
-    const auto at = labels.find(label.text);
-    if (at == labels.end() || at->second == 0) return false;
-    --at->second;
-    return true;
-  });
-  return items;
+  scene::LeftOut out = scene::leave_out(frame, names_, scene);
+  names_ = std::move(out.members);
+  return std::move(out.items);
 }
 
 }  // namespace robomosp::viewer

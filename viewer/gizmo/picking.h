@@ -11,16 +11,13 @@
 #include <QRectF>
 
 #include "scene/frame.h"
+#include "scene/visibility.h"
 #include "viewer/desktop/desk.h"
 #include "viewer/frame.h"
 #include "viewer/gizmo/gizmo.h"
 
 namespace robomosp::viewer {
 
-/// The list of a world that members of a kind are in; "" = of none.
-[[nodiscard]] std::string_view list_of_member(scene::MemberKind kind);
-/// Path of a member in its world, such as "objects.table"; "" of what is no member of a world.
-[[nodiscard]] std::string member_path(const scene::Member& member);
 /// A record as commands take it.
 [[nodiscard]] Handle record_handle(AnyId id);
 

@@ -303,7 +303,7 @@ void ViewTools::place_lights() {
       const scene::ShapePtr& shape = m->shape(scene::ShapeLayer::bodies);
       if (m->bodies.empty() || !shape || shape->lights.empty()) continue;
       LightMark mark;
-      mark.path = member_path(*m);
+      mark.path = scene::member_path(*m);
       if (hidden_members_.contains(mark.path)) continue;
       const Pose& pose = m->bodies.front();
       const auto at = camera.project(pose.p);

@@ -4,10 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <set>
 #include <system_error>
 
 #include "ioci/view/map_view.h"
 #include "kernel/file_root.h"
+#include "kernel/text.h"
+#include "kernel/type.h"
+#include "scene/visibility.h"
 #include "spatial/pose.h"
 #include "spatial/vec.h"
 
@@ -315,6 +320,11 @@ Schema picture_params(const PictureAbilities& can) {
                           "Shows touching bodies in red; if none touch, the shortest line between "
                           "two bodies with its length."));
   }
+  if (can.has_layers) {
+    s.push_back(optional("layers", "list<enum(" + text::join(scene::layer_names(), "|") + ")>", "",
+                         "Overlays, as a window shows them."));
+    for (ParamSpec& p : visibility_params()) s.push_back(std::move(p));
+  }
   s.push_back(optional("background", "any", "",
                        "studio, dark (a studio with dark floor and wall), white, transparent or a "
                        "colour; by default studio for shaded styles and white for drawings."));
@@ -322,6 +332,79 @@ Schema picture_params(const PictureAbilities& can) {
   s.push_back(defaulted("axes", "bool", "", true, "The axes on the floor and in the corner."));
   s.push_back(defaulted("caption", "string", "", "", "Small text in the lower left corner."));
   return s;
+}
+
+namespace {
+
+const Schema& fade_fields() {
+  static const Schema all{
+      optional("what", "ref:world|robot|object|solid", "",
+               "Record with the place; by default the one that is drawn."),
+      defaulted("path", "string", "", "",
+                "Member, link, part or node, such as objects.table, links.elbow, parts.shank or "
+                "nodes.hole; the whole record if omitted."),
+      between(needed("opacity", "real", "", "Share of its opacity."), 0, 1)};
+  return all;
+}
+
+/// A place in words: `"links.elbow" of robot "arm"`.
+std::string place_in_words(const CommandContext& ctx, AnyId what, const std::string& path) {
+  return (path.empty() ? std::string() : text::quote(path) + " of ") + name_in(ctx, what);
+}
+
+}  // namespace
+
+Schema visibility_params() {
+  return {optional("without", "list<string>", "",
+                   "Members of a world that are left out, such as \"objects.table\" or "
+                   "\"robots.arm\"."),
+          optional("fade", "list<" + map_type(fade_fields()) + ">", "",
+                   "Places drawn with less opacity; later entries override earlier ones.")};
+}
+
+Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId what,
+                              scene::Built& built) {
+  const scene::Frame& frame = *built.frame;
+  std::map<std::uint64_t, double> shares;
+  if (const Value* fade = args.find("fade"); fade && fade->as_list())
+    for (std::size_t i = 0; i < fade->as_list()->size(); ++i) {
+      const std::string where = "fade[" + std::to_string(i + 1) + "]";
+      RMP_TRY_ASSIGN(const Map f, read_map(ctx, fade_fields(), (*fade->as_list())[i], where));
+      const AnyId of = has(f, "what") ? ref(f, "what") : what;
+      const std::string path = text_of(f, "path");
+      const std::vector<std::uint64_t> items = scene::items_of(frame, of, path);
+      if (items.empty())
+        return error(ErrorCode::unknown_name,
+                     "the picture has nothing of " + place_in_words(ctx, of, path),
+                     "Give a member such as objects.table, or a record with the path of a link, "
+                     "part or node.",
+                     where);
+      for (const std::uint64_t id : items) shares[id] = real(f, "opacity");
+    }
+  for (render::Item& item : built.scene.items)
+    if (const auto at = shares.find(item.id); at != shares.end())
+      item.appearance.colour.a *= static_cast<float>(at->second);
+  std::set<std::string> without;
+  if (const Value* paths = args.find("without"); paths && paths->as_list()) {
+    const std::set<std::string> known = scene::member_paths(frame);
+    for (std::size_t i = 0; i < paths->as_list()->size(); ++i) {
+      const std::string* path = (*paths->as_list())[i].as_string();
+      if (!path || !known.contains(*path))
+        return unknown_name("member", path ? *path : std::string(), {known.begin(), known.end()})
+            .in("without[" + std::to_string(i + 1) + "]");
+      without.insert(*path);
+    }
+  }
+  (void)scene::leave_out(frame, without, built.scene);
+  return {};
+}
+
+Result<void> read_layers(const Map& args, scene::Extras& extras) {
+  if (const Value* layers = args.find("layers"); layers && layers->as_list())
+    for (const Value& layer : *layers->as_list())
+      if (auto set = scene::set_layer(extras, layer.text(), true); !set.ok())
+        return std::move(set).error().in("layers");
+  return {};
 }
 
 Schema camera_params() {

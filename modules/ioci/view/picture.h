@@ -10,6 +10,8 @@
 #include <robomosp/sdk/render.h>
 
 #include "ioci/core/commands.h"
+#include "scene/build.h"
+#include "scene/extras.h"
 #include "scene/path_lines.h"
 
 namespace robomosp::ioci {
@@ -17,8 +19,17 @@ namespace robomosp::ioci {
 /// What a picture of a kind can show.
 struct PictureAbilities {
   bool has_mass = true, has_frames = true, has_parts = true, has_joints = false, moves = false;
-  bool records = false;  ///< recordings of robots alone
+  bool records = false;     ///< recordings of robots alone
+  bool has_layers = false;  ///< overlays by name, and visibility_params()
 };
+
+/// Parameters of members that are left out and of places drawn with less opacity: without, fade.
+[[nodiscard]] Schema visibility_params();
+/// Applies them to what build() made; `what` is the record that paths without another one are of.
+[[nodiscard]] Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId what,
+                                            scene::Built& built);
+/// Turns the overlays on that the argument `layers` names.
+[[nodiscard]] Result<void> read_layers(const Map& args, scene::Extras& extras);
 
 /// Parameters of where a picture is taken from: view, projection, zoom, eye, target.
 [[nodiscard]] Schema camera_params();

@@ -231,6 +231,7 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   const double fps = real(args, "fps");
   RMP_TRY_ASSIGN(Show show, show_of(ctx, args));
   RMP_TRY_ASSIGN(const FrameTimes times, frame_times(show.playback, args, fps));
+  RMP_TRY(apply_visibility(ctx, args, show.built.frame->what, show.built));
   RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, show.built.scene));
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
   FrameFolder frames;
@@ -403,6 +404,7 @@ CommandSpec video_command() {
     }
     c.params.push_back(std::move(p));
   }
+  for (ParamSpec& p : visibility_params()) c.params.push_back(std::move(p));
   c.returns = {"map",
                "",
                "",

@@ -52,6 +52,8 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
       return unknown_name("robot", extras.path_robot, known).in("path_robot");
   }
   extras.explode = has(args, "explode") ? real(args, "explode") : 0.0;
+  RMP_TRY(read_layers(args, extras));
+  const AnyId asked = id;
   std::optional<LoneRobot> alone;
   if (id.kind == Kind::robot && has(args, "recording")) {
     if (has(args, "q"))
@@ -101,6 +103,7 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
     extras.contacts = extras.clearances = true;
   }
   RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress, motion));
+  RMP_TRY(apply_visibility(ctx, args, asked, built));
   RMP_TRY_ASSIGN(look.section, read_section(ctx, args, built.scene));
   if (has(args, "map")) {
     if (look.section)
@@ -223,12 +226,12 @@ RMP_COMMANDS(view_commands) {
       with_plate(
           "local done = view.render{what = \"plate\", file = \"plate.png\", view = \"top\", " +
           small + "\nassert(done.items == 1)"),
-      std::move(what), {.has_joints = true, .moves = true}));
+      std::move(what), {.has_joints = true, .moves = true, .has_layers = true}));
   all.push_back(render_command(
       "solid.render", "Draws a solid to a PNG file.",
       with_plate("plate:render{file = \"cut.png\", style = \"hidden_line\", section = \"-y\", " +
                  small),
-      self("solid"), {.has_parts = false}));
+      self("solid"), {.has_parts = false, .has_layers = true}));
   all.push_back(render_command(
       "object.render", "Draws an object to a PNG file.",
       with_plate(
@@ -236,17 +239,18 @@ RMP_COMMANDS(view_commands) {
           "\"plate\", position = {0, 0, 0.02}}}}\n"
           "assert(stack:render{file = \"stack.png\", explode = 1, " +
           small + ".items == 2)"),
-      self("object"), {}));
+      self("object"), {.has_layers = true}));
   all.push_back(render_command("robot.render", "Draws a robot to a PNG file.",
                                "local arm = robot.get(\"twolink\")\n"
                                "arm:render{file = \"arm.png\", q = {\"30 deg\", \"45 deg\"}, " +
                                    small,
-                               self("robot"), {.has_joints = true, .records = true}));
+                               self("robot"),
+                               {.has_joints = true, .records = true, .has_layers = true}));
   all.push_back(render_command("world.render", "Draws a world to a PNG file.",
                                "local cell = world.create{name = \"cell\"}\n"
                                "cell:render{file = \"cell.png\", view = \"front\", " +
                                    small,
-                               self("world"), {.moves = true}));
+                               self("world"), {.moves = true, .has_layers = true}));
   all.push_back(render_command(
       "material.render", "Draws a material, on a sphere and a cone, to a PNG file.",
       "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\", "
@@ -259,27 +263,28 @@ RMP_COMMANDS(view_commands) {
       "Draws a world, robot, object, solid or material and returns the PNG's bytes.",
       with_plate("local p = view.picture{what = \"plate\", view = \"top\", " + small + is_png),
       needed("what", "ref:world|robot|object|solid|material", "", "The record to draw."),
-      {.has_joints = true, .moves = true}));
+      {.has_joints = true, .moves = true, .has_layers = true}));
   all.push_back(
       picture_command("solid.picture", "Draws a solid and returns the PNG's bytes.",
                       with_plate("local p = plate:picture{section = \"-y\", " + small + is_png),
-                      self("solid"), {.has_parts = false}));
+                      self("solid"), {.has_parts = false, .has_layers = true}));
   all.push_back(picture_command(
       "object.picture", "Draws an object and returns the PNG's bytes.",
       with_plate("local stack = object.create{name = \"stack\", parts = {{what = \"plate\"}}}\n"
                  "local p = stack:picture{" +
                  small + is_png),
-      self("object"), {}));
+      self("object"), {.has_layers = true}));
   all.push_back(picture_command("robot.picture", "Draws a robot and returns the PNG's bytes.",
                                 "local arm = robot.get(\"twolink\")\n"
                                 "local p = arm:picture{q = {\"30 deg\", \"45 deg\"}, " +
                                     small + is_png,
-                                self("robot"), {.has_joints = true, .records = true}));
+                                self("robot"),
+                                {.has_joints = true, .records = true, .has_layers = true}));
   all.push_back(picture_command("world.picture", "Draws a world and returns the PNG's bytes.",
                                 "local cell = world.create{name = \"cell\"}\n"
                                 "local p = cell:picture{view = \"front\", " +
                                     small + is_png,
-                                self("world"), {.moves = true}));
+                                self("world"), {.moves = true, .has_layers = true}));
   all.push_back(picture_command(
       "material.picture", "Draws a material, on a sphere and a cone, and returns the PNG's bytes.",
       "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\"}\n"

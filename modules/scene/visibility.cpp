@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/visibility.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+
+namespace robomosp::scene {
+namespace {
+
+/// The part behind the list of a path: "forearm" of "links.forearm".
+std::string_view after_list(std::string_view path) {
+  const auto dot = path.find('.');
+  return dot == std::string_view::npos ? std::string_view() : path.substr(dot + 1);
+}
+
+/// Whether an item belongs to a part: it has its name, or is inside it.
+bool is_of(std::string_view item, std::string_view part) {
+  return item == part || (item.starts_with(part) && item[part.size()] == '.');
+}
+
+}  // namespace
+
+std::string_view list_of_member(MemberKind kind) {
+  switch (kind) {
+    case MemberKind::body: return "objects";
+    case MemberKind::robot: return "robots";
+    case MemberKind::trajectory: return "trajectories";
+    case MemberKind::frame: return "frames";
+    case MemberKind::light: return "lights";
+    case MemberKind::material:
+    case MemberKind::ghost:
+    case MemberKind::clearance: break;
+  }
+  return {};
+}
+
+std::string member_path(const Member& m) {
+  const std::string_view list = list_of_member(m.kind);
+  return m.is_placed && !list.empty() ? std::string(list) + "." + m.name : std::string();
+}
+
+std::set<std::string> member_paths(const Frame& frame) {
+  std::set<std::string> out;
+  frame.for_each_member([&out](const MemberPtr& m) {
+    if (std::string path = member_path(*m); !path.empty()) out.insert(std::move(path));
+  });
+  return out;
+}
+
+LeftOut leave_out(const Frame& frame, const std::set<std::string>& paths, render::Scene& scene) {
+  LeftOut out;
+  if (paths.empty()) return out;
+  std::set<std::uint64_t> ids;
+  std::map<std::string, std::size_t> labels;
+  frame.for_each_member([&](const MemberPtr& m) {
+    const std::string path = member_path(*m);
+    if (path.empty() || !paths.contains(path)) return;
+    out.members.insert(path);
+    for (std::size_t layer = 0; layer < kShapeLayers; ++layer) {
+      const ShapePtr& shape = m->shapes[layer];
+      if (!shape) continue;
+      for_each_list(*shape, [&](ElementKind kind, const auto& list) {
+        for (std::size_t i = 0; i < list.size(); ++i) {
+          const std::uint64_t id =
+              id_of({kind, static_cast<ShapeLayer>(layer), static_cast<std::uint32_t>(i), m});
+          ids.insert(id);
+          if (kind == ElementKind::item) out.items.insert(id);
+        }
+      });
+      for (const auto& label : shape->labels) ++labels[label.what.text];
+    }
+  });
+  const auto is_left_out = [&](const auto& each) { return ids.contains(each.id); };
+  std::erase_if(scene.items, is_left_out);
+  std::erase_if(scene.lines, is_left_out);
+  std::erase_if(scene.triads, is_left_out);
+  std::erase_if(scene.marks, is_left_out);
+  std::erase_if(scene.labels, [&](const render::Label& label) {
+    const auto at = labels.find(label.text);
+    if (at == labels.end() || at->second == 0) return false;
+    --at->second;
+    return true;
+  });
+  return out;
+}
+
+std::vector<std::uint64_t> items_of(const Frame& frame, AnyId record, std::string_view path) {
+  std::vector<std::uint64_t> out;
+  const std::string_view part = after_list(path);
+  const std::string_view list = path.substr(0, path.size() - (part.empty() ? 0 : part.size() + 1));
+  if (record == frame.what && path.empty() && frame.what.kind == Kind::world) return out;
+  frame.for_each_member([&](const MemberPtr& member) {
+    const bool is_member = member->is_placed && record == frame.what &&
+                           list == list_of_member(member->kind) && part == member->name;
+    const bool is_record =
+        member->what == record && (!member->is_placed || member->kind == MemberKind::body ||
+                                   member->kind == MemberKind::robot);
+    if (!is_member && !is_record) return;
+    const ShapePtr& shape = member->shape(ShapeLayer::bodies);
+    if (!shape) return;
+    for (std::size_t i = 0; i < shape->items.size(); ++i) {
+      if (!is_member && !part.empty() && !is_of(shape->items[i].what.name, part)) continue;
+      out.push_back(
+          id_of({ElementKind::item, ShapeLayer::bodies, static_cast<std::uint32_t>(i), member}));
+    }
+  });
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+}  // namespace robomosp::scene
