@@ -164,7 +164,9 @@ bool fits_plainly(const TypeTree& t, const ParamSpec& spec, const Value& v) {
     }
     case TypeKind::one_of:
       return std::any_of(t.options.begin(), t.options.end(), [&](const auto& option) {
-        return !option->notes.min && !option->notes.max && fits_plainly(*option, spec, v);
+        // Words of an alternative are its own, not those of the parameter.
+        return option->kind != TypeKind::word && !option->notes.min && !option->notes.max &&
+               fits_plainly(*option, spec, v);
       });
     default: return false;
   }

@@ -24,7 +24,7 @@ struct PlainSpec {
   bool infinite = false;
 };
 
-/// check_value() of a plain type; "any" is none.
+/// check_value() for a plain type. "any" is refused: it takes every value and needs no check.
 [[nodiscard]] Result<Value> check_plain(const PlainSpec&, const Value&, std::string_view path,
                                         const ResolveRef& = {});
 

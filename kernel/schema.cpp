@@ -744,8 +744,8 @@ std::vector<Fault> unknown_arguments(const Schema& schema, const Map& given,
     add_remedies(out.back(), schema, given, resolve);
   }
   if (unknown > kMost)
-    out.push_back(make_fault("argument.unknown",
-                             std::to_string(unknown - kMost) + " further names are none"));
+    out.push_back(make_fault("argument.unknown", std::to_string(unknown - kMost) +
+                                                     " further names are not parameters either"));
   return out;
 }
 

@@ -65,7 +65,7 @@ Map::Map(std::initializer_list<Entry> entries) {
 }
 
 const Value* Map::find(std::string_view key) const {
-  // Most keys differ in length or in their first characters: few are compared whole.
+  // Most keys differ in length or in their first character: few are compared whole.
   const auto it = std::find_if(entries_.begin(), entries_.end(), [key](const Entry& e) {
     return e.first.size() == key.size() && (key.empty() || e.first.front() == key.front()) &&
            e.first == key;

@@ -71,6 +71,10 @@ Result<Schema> read_schema(lua_State* L, int table) {
         std::find(std::begin(kTypes), std::end(kTypes), p.type) == std::end(kTypes))
       return error(ErrorCode::invalid_argument, "an entry of params has no name or no known type",
                    "Types: bool, int, real, string, enum, path, real[], pose.");
+    if (find_param(schema, p.name))
+      return error(ErrorCode::invalid_argument,
+                   "params has two entries named " + text::quote(p.name),
+                   "Give each parameter a name that no other one has.");
     p.required = !p.default_value;
     schema.push_back(std::move(p));
   }

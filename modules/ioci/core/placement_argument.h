@@ -10,7 +10,7 @@ namespace robomosp::ioci {
 /// True if the caller gave any argument of a placement.
 [[nodiscard]] bool has_placement(const CommandContext& ctx);
 
-/// The placement the caller gave; `what` names it in messages, such as "tool".
+/// The placement the caller gave; `what` is the path in messages, such as "tool".
 [[nodiscard]] Result<model::Placement> placement_given(const CommandContext& ctx,
                                                        const std::string& what);
 

@@ -60,7 +60,7 @@ class Surroundings {
   Surroundings(const Surroundings&) = delete;
   Surroundings& operator=(const Surroundings&) = delete;
   /// To be called before somebody subscribes to these topics (bits by Topic): changes of providers
-  /// made while nobody had subscribed are not published later.
+  /// made before are not published later.
   void prepare(std::uint32_t topics);
   /// To be called after somebody subscribed to these topics: what changes from now on is published.
   /// Of unsaved also what is not saved now.

@@ -31,7 +31,8 @@ Result<Value> kinds(CommandContext&, const Map&) {
   return Value(std::move(out));
 }
 
-/// It follows from declarations, which do not change.
+/// It follows from declarations, which do not change. All kinds are registered before the first
+/// command runs.
 Value schema_of(const document::Snapshot& snapshot, Kind kind) {
   static std::mutex mutex;
   static std::map<Kind, std::shared_ptr<const Map>> all;  // guarded by mutex

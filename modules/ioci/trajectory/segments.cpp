@@ -125,7 +125,9 @@ const model::Field* declared_segment_field(std::string_view name) {
 }
 Result<void> read_declared(const CommandContext& ctx, const model::Field& f, const Value& v,
                            TrajectorySegment& out, const std::string& path) {
-  const Schema schema{*find_param(declared_segment_params(), f.name)};
+  const ParamSpec* p = find_param(declared_segment_params(), f.name);
+  RMP_CHECK(p, "a declared field of segments has no parameter");
+  const Schema schema{*p};
   RMP_TRY_ASSIGN(const Map checked,
                  read_map(ctx, schema, Value(Map{{std::string(f.name), v}}), path));
   return set_field(f, &out, checked);
