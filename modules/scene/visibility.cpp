@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <type_traits>
+#include <utility>
+
+#include "scene/placed_elements.h"
 
 namespace robomosp::scene {
 namespace {
@@ -52,7 +56,7 @@ LeftOut leave_out(const Frame& frame, const std::set<std::string>& paths, render
   LeftOut out;
   if (paths.empty()) return out;
   std::set<std::uint64_t> ids;
-  std::map<std::string, std::size_t> labels;
+  std::map<std::pair<std::string, Vec3>, std::size_t> labels;  // they have no ids
   frame.for_each_member([&](const MemberPtr& m) {
     const std::string path = member_path(*m);
     if (path.empty() || !paths.contains(path)) return;
@@ -68,8 +72,11 @@ LeftOut leave_out(const Frame& frame, const std::set<std::string>& paths, render
           if (kind == ElementKind::item) out.items.insert(id);
         }
       });
-      for (const auto& label : shape->labels) ++labels[label.what.text];
     }
+    for_each_placed(*m, [&](std::size_t, const auto&, const auto& placed) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(placed)>, render::Label>)
+        ++labels[{placed.text, placed.place}];
+    });
   });
   const auto is_left_out = [&](const auto& each) { return ids.contains(each.id); };
   std::erase_if(scene.items, is_left_out);
@@ -77,7 +84,7 @@ LeftOut leave_out(const Frame& frame, const std::set<std::string>& paths, render
   std::erase_if(scene.triads, is_left_out);
   std::erase_if(scene.marks, is_left_out);
   std::erase_if(scene.labels, [&](const render::Label& label) {
-    const auto at = labels.find(label.text);
+    const auto at = labels.find({label.text, label.place});
     if (at == labels.end() || at->second == 0) return false;
     --at->second;
     return true;
@@ -90,6 +97,7 @@ std::vector<std::uint64_t> items_of(const Frame& frame, AnyId record, std::strin
   const std::string_view part = after_list(path);
   const std::string_view list = path.substr(0, path.size() - (part.empty() ? 0 : part.size() + 1));
   if (record == frame.what && path.empty() && frame.what.kind == Kind::world) return out;
+  if (part.empty() && !path.empty()) return out;  // a list, or no path
   frame.for_each_member([&](const MemberPtr& member) {
     const bool is_member = member->is_placed && record == frame.what &&
                            list == list_of_member(member->kind) && part == member->name;

@@ -68,11 +68,13 @@ TEST(Program, ADisplayThatDoesNotAnswerIsRefusedInsteadOfAborting) {
 }
 
 TEST(Program, ANameThatIsNothingShownIsAnsweredOverAllKinds) {
-  expect("nope" + render(), 3, "there is no world, robot, object or solid \"nope\". The library");
+  expect("nope" + render(), 3,
+         "there is no world, robot, object, solid or material \"nope\". The library");
   expect("pa10_circel" + render(), 3,
-         "there is no world, robot, object or solid \"pa10_circel\". Did you mean "
+         "there is no world, robot, object, solid or material \"pa10_circel\". Did you mean "
          "\"pa10_circle\"?");
   expect("puma56" + render(), 3, "Did you mean \"puma560\"?");
+  expect("stel" + render(), 3, "Did you mean \"steel\"?");
   expect("circle" + render(), 3, "\"circle\" is a trajectory; it cannot be shown.");
   expect("pa10_circle --play nobody circle" + render(), 3,
          "there is no robot \"nobody\" in the world. There is pa10.");
@@ -201,7 +203,7 @@ TEST(Program, ASizeIsTwoWholeNumbersInItsRange) {
   // Well-formed ones reach the name, also when it follows.
   for (const char* size : {"640x480", "640,480", "640 480", "=640x480"})
     expect((size[0] == '=' ? "--size" : "--size ") + std::string(size) + " nope" + render(), 3,
-           "solid \"nope\"");
+           "material \"nope\"");
 }
 
 TEST(Program, TimesAndZoomsAreNumbersInTheirRange) {

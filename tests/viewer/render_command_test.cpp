@@ -345,8 +345,25 @@ TEST_F(RenderCommand, MembersAreLeftOutAndPlacesFaded) {
   // Overlays as a window shows them.
   (void)drawn({{"layers", List{"labels", "centres_of_mass"}}});
   EXPECT_NE(bytes(pictures), bytes(1));
-  // A section through the middle of what is left.
-  EXPECT_EQ(drawn({{"without", List{"robots.arm", "objects.far"}}, {"section", "x"}}), 2);
+  // A section by an axis goes through the middle of what is left, here y = 0.
+  const List others{"robots.arm", "objects.far"};
+  EXPECT_EQ(drawn({{"without", others}, {"section", "y"}}), 2);
+  const std::string cut = bytes(pictures);
+  (void)drawn({{"without", others}, {"section", Map{{"axis", "y"}, {"offset", 0}}}});
+  EXPECT_EQ(bytes(pictures), cut);
+  (void)drawn({{"without", others}, {"section", Map{{"axis", "y"}, {"offset", 0.05}}}});
+  EXPECT_NE(bytes(pictures), cut);
+  // The label of the member that is left out goes, not an equal one.
+  (void)drawn({{"layers", List{"dimensions"}}, {"without", others}});
+  const std::string measured = bytes(pictures);
+  (void)drawn({{"layers", List{"dimensions"}}, {"without", List{"robots.arm", "objects.near"}}});
+  EXPECT_NE(bytes(pictures), measured);
+  EXPECT_NE(refused({{"what", "cell"}, {"without", others}, {"explode", 1}})
+                .find("an exploded picture shows all members"),
+            std::string::npos);
+  EXPECT_NE(refused({{"what", "pair"}, {"fade", List{Map{{"path", "left"}, {"opacity", 0.5}}}}})
+                .find("the picture has nothing of \"left\" of object \"pair\""),
+            std::string::npos);
   EXPECT_NE(refused({{"what", "cell"}, {"without", List{"objects.nears"}}})
                 .find("Did you mean \"objects.near\"?"),
             std::string::npos);
@@ -361,6 +378,22 @@ TEST_F(RenderCommand, MembersAreLeftOutAndPlacesFaded) {
   EXPECT_NE(refused({{"what", "cell"}, {"layers", List{"label"}}}).find("labels"),
             std::string::npos);
   EXPECT_NE(refused({{"without", List{"objects.near"}}}).find("member"), std::string::npos);
+  // A film, too, also of a robot alone.
+  const auto film = [&](const Value& recording, const Map& more) {
+    Map a{{"id", recording}, {"file", file("f.gif")}, {"fps", 10}, {"size", List{64, 48}}};
+    for (const auto& [name, value] : more) a.set(name, value);
+    run("recording.video", a);
+    std::ifstream in(file("f.gif"), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const Value lone = run("robot.simulate", {{"id", arm},
+                                            {"q", List{0.0, 0.5}},
+                                            {"duration", 0.2},
+                                            {"friction", false},
+                                            {"limits", "ignore"}});
+  const std::string moved = film(lone, {});
+  EXPECT_NE(film(lone, {{"fade", List{Map{{"opacity", 0.1}}}}}), moved);
+  EXPECT_NE(film(lone, {{"fade", List{Map{{"path", "links.lower"}, {"opacity", 0.1}}}}}), "");
 }
 
 TEST_F(RenderCommand, MapsStandAroundTheirRobot) {

@@ -615,21 +615,33 @@ TEST_F(TimelineTest, ASavedPictureShowsWhatTheViewShows) {
   view.show_member("robots.pa10", false);
   Map hidden = saved();
   EXPECT_EQ(list_at(hidden, "without").front().text(), "robots.pa10");
-  hidden.set("file", folder_.filePath("hidden.png").toStdString());
-  hidden.set("size", List{160, 120});
-  hidden.set("quality", "draft");
   CommandForm& form = *window_->palette().form();
-  form.fill(hidden);
-  form.run();
-  ASSERT_TRUE(until([&] { return !form.is_running(); }));
-  EXPECT_EQ(QImage(folder_.filePath("hidden.png")).size(), QSize(160, 120))
-      << form.outcome().toStdString();
+  const auto drawn = [&](Map values, const QString& name) {
+    values.set("file", folder_.filePath(name).toStdString());
+    values.set("size", List{160, 120});
+    values.set("quality", "draft");
+    form.fill(values);
+    form.run();
+    EXPECT_TRUE(until([&] { return !form.is_running(); }));
+    const QImage image(folder_.filePath(name));
+    EXPECT_EQ(image.size(), QSize(160, 120)) << form.outcome().toStdString();
+    return image;
+  };
+  const QImage without = drawn(hidden, "hidden.png");
+  hidden.set("without", Value());
+  EXPECT_NE(drawn(hidden, "shown.png"), without);
   // A film has them, too, but no overlays.
   window_->actions().find("film")->trigger();
   ASSERT_TRUE(until([&] { return form.command() == "recording.video" && form.form(); }));
   settle();
   EXPECT_EQ(list_at(form.values(), "without").front().text(), "robots.pa10");
-  EXPECT_FALSE(form.values().find("layers"));
+  // Trajectories that the view does not show are not in its pictures and films either.
+  ASSERT_TRUE(view.live().show_layer("paths", false).ok());
+  EXPECT_EQ(text_at(saved(), "paths"), "none");
+  window_->actions().find("film")->trigger();
+  ASSERT_TRUE(until([&] { return form.command() == "recording.video" && form.form(); }));
+  settle();
+  EXPECT_EQ(text_at(form.values(), "paths"), "none");
   view.show_all();
 }
 

@@ -625,9 +625,12 @@ void MainWindow::film() {
                               "no recording or live run moves the current view",
                               "Open a recording, or simulate a motion first."));
   Map args = view->render_arguments();
-  if (args.find("layers") && !args.find("layers")->is_nil())
-    statusBar()->showMessage("A film shows no overlays, which do not move with a recording.", 8000);
+  args.erase("frames");  // there the folder of the frames
   args.erase("layers");
+  const std::vector<std::string>& layers = view->look().layers;
+  if (std::any_of(layers.begin(), layers.end(),
+                  [](const std::string& layer) { return !layer.starts_with("path"); }))
+    statusBar()->showMessage("A film shows trajectories, but no other overlays.", 8000);
   args.set("file", utf8(view->name()) + ".mp4");
   args.set("from", view->player().from());
   args.set("to", view->player().to());

@@ -41,6 +41,8 @@ namespace {
 constexpr const char* kStyleWords[] = {"smooth", "flat", "wireframe", "hidden_line"};
 constexpr double kWordsInBar = 1030;  ///< width of a view [px of the design]
 constexpr const char* kAxisWords[] = {"x", "y", "z"};
+/// By scene::ShownPath.
+constexpr const char* kPathWords[] = {"none", "line", "arrows", "points", "frames"};
 
 /// The part behind the list of a path: "forearm" of "links.forearm".
 std::string_view after_list(std::string_view path) {
@@ -593,6 +595,14 @@ Map ViewTab::render_arguments() const {
       {"grid", look_.has_grid},
       {"axes", look_.has_axes},
       // Nothing of an earlier picture counts.
+      {"zoom", 1.0},
+      {"com", false},
+      {"frames", false},
+      {"ellipsoid", "none"},
+      {"collisions", false},
+      {"map", Value()},
+      {"paths", kPathWords[static_cast<std::size_t>(live_->extras().paths)]},
+      {"explode", live_->extras().explode},
       {"layers", Value()},
       {"without", Value()},
       {"fade", Value()},
@@ -606,14 +616,17 @@ Map ViewTab::render_arguments() const {
                   std::string(look_.is_section_turned ? "-" : "") + kAxisWords[look_.section_axis]},
                  {"offset", frame_.section->point[static_cast<std::size_t>(look_.section_axis)]}});
   if (!look_.layers.empty()) args.set("layers", List(look_.layers.begin(), look_.layers.end()));
-  if (!hidden_->names().empty())
-    args.set("without", List(hidden_->names().begin(), hidden_->names().end()));
+  List without;
+  for (const std::string& member : hidden_->names())  // pictures have no symbols of lights
+    if (!member.starts_with("lights.")) without.emplace_back(member);
+  if (!without.empty()) args.set("without", std::move(without));
   List fade;
   for (const Faded& f : faded_) {
     Map one;
     const auto kind = kind_from(f.what.record.kind);
     if (f.what.record != what_ && kind && picture_ && picture_->frame)
-      one.set("what", scene::name_of(*picture_->frame, {*kind, f.what.record.number}));
+      one.set("what", f.what.record.kind + ":" +
+                          scene::name_of(*picture_->frame, {*kind, f.what.record.number}));
     if (!f.what.path.empty()) one.set("path", f.what.path);
     one.set("opacity", f.opacity);
     fade.emplace_back(std::move(one));

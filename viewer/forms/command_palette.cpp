@@ -257,17 +257,12 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
 
 CommandPalette::~CommandPalette() = default;
 
-void CommandPalette::reload() {
-  if (is_asked_) ask_for_commands();
-}
-
-/// The descriptions of all commands take 8 MB, and a window may never need them.
-void CommandPalette::need_commands() {
-  if (!std::exchange(is_asked_, true)) ask_for_commands();
-}
-
+/// At each opening, as plugins bring commands; not before the first one, as the descriptions of all
+/// commands take 8 MB.
 void CommandPalette::ask_for_commands() {
+  if (std::exchange(is_asking_, true)) return;
   ask(client_, "ioci.describe", {}, this, [this](const Result<Value>& r) {
+    is_asking_ = false;
     if (!r.ok() || !r->as_list()) {
       count_->setText(r.ok() ? QString() : qt(r.error().sentence()));
       return;
@@ -338,7 +333,7 @@ void CommandPalette::set_recent(std::vector<std::string> names) {
 }
 
 void CommandPalette::open(const QString& typed) {
-  need_commands();
+  ask_for_commands();
   show_form(false);
   line_->setText(typed);
   search(typed);
@@ -363,12 +358,12 @@ void CommandPalette::open_command(const std::string& command, const Map& values)
     return;
   }
   wanted_ = std::pair(command, values);
-  need_commands();
+  ask_for_commands();
 }
 
 void CommandPalette::showEvent(QShowEvent* event) {
   QFrame::showEvent(event);
-  need_commands();
+  if (commands_.empty()) ask_for_commands();
 }
 
 void CommandPalette::choose(int row) {

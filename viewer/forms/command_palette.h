@@ -50,9 +50,6 @@ class CommandPalette : public QFrame {
   /// Names of the commands that were run, newest first; they are listed first.
   void set_recent(std::vector<std::string> names);
   [[nodiscard]] const std::vector<std::string>& recent() const { return recent_; }
-  /// Asks for the commands again, such as after a plugin was loaded, if it has asked before: it
-  /// first does when it is opened.
-  void reload();
 
   [[nodiscard]] CommandForm* form() const { return form_; }
   [[nodiscard]] QLineEdit* line() const { return line_; }
@@ -76,7 +73,6 @@ class CommandPalette : public QFrame {
 
  private:
   class Model;
-  void need_commands();
   void ask_for_commands();
   void search(const QString& typed);
   void choose(int row);
@@ -87,7 +83,7 @@ class CommandPalette : public QFrame {
   ioci::Client& client_;
   std::vector<SearchedCommand> commands_;
   std::vector<Value> descriptions_;  ///< maps in the same order, shared with other askers
-  bool is_asked_ = false;
+  bool is_asking_ = false;
   SelectedPaths selection_;
   std::map<std::uint64_t, std::string> names_;  ///< of selected records, by number
   std::map<std::string, Map> last_use_;

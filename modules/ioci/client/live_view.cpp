@@ -544,6 +544,11 @@ void LiveView::show_extras(scene::Extras extras) {
   });
 }
 
+scene::Extras LiveView::extras() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->extras;
+}
+
 void LiveView::explode(double by) {
   state_->want([&] {
     state_->extras.explode = by;

@@ -119,6 +119,8 @@ class LiveView {
   /// Sets all layers at once, with what has no name alone: joint values of robots, ghosts.
   void show_extras(scene::Extras extras);
   void explode(double by);  ///< see scene::Extras::explode
+  /// What is shown besides the bodies, as it was wanted last.
+  [[nodiscard]] scene::Extras extras() const;
   /// Adds voxels; `map` as the argument `map` of view.render, for the record that is shown.
   Client::Answer show_map(Map map, Client::Done done = {});
 

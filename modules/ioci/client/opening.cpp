@@ -11,8 +11,8 @@
 namespace robomosp::ioci {
 namespace {
 
+/// Kinds that a window opens by name, and those that have pictures.
 constexpr std::array kShown{Kind::world, Kind::robot, Kind::object, Kind::solid};
-/// A material is drawn on a sphere and a cone, of which a window has no scene.
 constexpr std::array kDrawn{Kind::world, Kind::robot, Kind::object, Kind::solid, Kind::material};
 
 std::span<const Kind> kinds_of(const OpenRequest& request) {
@@ -24,12 +24,14 @@ bool is_among(std::span<const Kind> kinds, Kind kind) {
 }
 
 /// Why a material, trajectory or task cannot be shown.
-Error not_shown(const std::string& what, Kind kind, const std::string& name) {
+Error not_shown(const std::string& what, Kind kind, const std::string& name,
+                const OpenRequest& request) {
   return error(ErrorCode::invalid_argument,
                text::quote(what) + " is a " + std::string(to_string(kind)) + "; it cannot be shown",
                kind == Kind::trajectory
                    ? "Give the world it is meant for, and --play ROBOT " + name + "."
-                   : "Give a world, a robot, an object or a solid.");
+               : request.is_for_picture ? "Give a world, a robot, an object, a solid or a material."
+                                        : "Give a world, a robot, an object or a solid.");
 }
 
 std::vector<std::string> library_names(Application& app, Session& session, Kind kind) {
@@ -44,14 +46,16 @@ std::vector<std::string> library_names(Application& app, Session& session, Kind 
 }
 
 /// The error for a name that no shown record has, with near names.
-Error nothing_shown(Application& app, Session& session, const std::string& what) {
+Error nothing_shown(Application& app, Session& session, const OpenRequest& request) {
+  const std::string& what = request.what;
   for (const Kind kind : {Kind::material, Kind::trajectory, Kind::task}) {
+    if (is_among(kinds_of(request), kind)) continue;
     const auto names = library_names(app, session, kind);
     if (std::find(names.begin(), names.end(), what) != names.end())
-      return not_shown(what, kind, what);
+      return not_shown(what, kind, what, request);
   }
   std::vector<std::string> known;
-  for (const Kind kind : kShown) {
+  for (const Kind kind : kinds_of(request)) {
     const auto names = library_names(app, session, kind);
     known.insert(known.end(), names.begin(), names.end());
   }
@@ -65,7 +69,10 @@ Error nothing_shown(Application& app, Session& session, const std::string& what)
               text::enumerate(robots) + ".";
   }
   return error(ErrorCode::unknown_name,
-               "there is no world, robot, object or solid " + text::quote(what), hint);
+               (request.is_for_picture ? "there is no world, robot, object, solid or material "
+                                       : "there is no world, robot, object or solid ") +
+                   text::quote(what),
+               hint);
 }
 
 /// A file, or a name of the library tried kind by kind.
@@ -81,7 +88,7 @@ Result<Handle> open_record(Application& app, Session& session, const OpenRequest
     RMP_TRY_ASSIGN(const Handle h, handle_of(loaded));
     RMP_TRY_ASSIGN(const AnyId id, Application::record_id(*app.document.now(), h));
     if (!is_among(kinds_of(request), id.kind))
-      return not_shown(what, id.kind, app.document.now()->find(id)->name);
+      return not_shown(what, id.kind, app.document.now()->find(id)->name, request);
     return h;
   }
   for (const Kind kind : kinds_of(request)) {
@@ -90,7 +97,7 @@ Result<Handle> open_record(Application& app, Session& session, const OpenRequest
     if (found.error().code != ErrorCode::unknown_name && found.error().code != ErrorCode::not_found)
       return std::move(found).error();
   }
-  return nothing_shown(app, session, what);
+  return nothing_shown(app, session, request);
 }
 
 struct Scripted {
@@ -117,7 +124,7 @@ Result<Scripted> run_shown_script(Application& app, Scripts& scripts, const Open
     RMP_TRY_ASSIGN(const AnyId id, Application::record_id(*app.document.now(), *h));
     if (!is_among(kinds_of(request), id.kind)) {
       const std::string name = app.document.now()->find(id)->name;
-      return not_shown(name, id.kind, name);
+      return not_shown(name, id.kind, name, request);
     }
     return Scripted{*h, std::nullopt};
   }

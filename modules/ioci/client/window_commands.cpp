@@ -305,7 +305,9 @@ RMP_COMMANDS(window_commands) {
       {.name = "window.show_member",
        .classic = "",
        .summary = "Shows or hides a member of a world in its view.",
-       .details = "The world is not changed: other views and pictures show the member as before.",
+       .details =
+           "The world is not changed: other views show the member as before, and so do pictures "
+           "that are not saved from this one.",
        .example = "world.create{name = \"cell\"}\n"
                   "-- Refused without a view of the world.\n"
                   "assert(not pcall(window.show_member, {record = \"cell\", member = "
@@ -322,7 +324,9 @@ RMP_COMMANDS(window_commands) {
        .summary = "Draws a member of a world, or a part of a record, transparent in a view.",
        .details =
            "The current view if it draws the part, else the first one that does. The record is not "
-           "changed: other views and pictures draw it as before. window.show_member{shown = false} "
+           "changed: other views draw it as before, and so do pictures that are not saved from "
+           "this "
+           "one. window.show_member{shown = false} "
            "hides it.",
        .example = "world.create{name = \"cell\"}\n"
                   "-- Refused without a view of the world.\n"

@@ -359,6 +359,7 @@ Result<Value> draw_fault(CommandContext& ctx, const Map& args) {
   if (!w.q.empty() && !w.robot.empty()) extras.robot_q[w.robot] = w.q;
   const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
   RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, extras, ctx.progress));
+  RMP_TRY(apply_visibility(ctx, args, id, built));
   for (render::Item& item : built.scene.items)
     for (const std::string& body : w.bodies)
       if (item.name == body || item.name.starts_with(body + ".")) item.selected = true;
@@ -376,7 +377,8 @@ Result<Value> draw_fault(CommandContext& ctx, const Map& args) {
 Schema picture_of_fault_params() {
   Schema s{needed("fault", "type:fault", "", "An entry of e.faults, of fault.list or of a check."),
            needed("file", "path", "", "The picture, *.png.")};
-  for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))
+  for (ParamSpec& p : picture_params(
+           {.has_mass = false, .has_parts = false, .has_members = true, .has_fading = true}))
     s.push_back(std::move(p));
   return s;
 }

@@ -122,6 +122,7 @@ Result<void> draw(CommandContext& ctx, const Map& args, const CheckedProgram& c,
   extras.paths = scene::ShownPath::none;
   const scene::Source source{*c.snapshot, ctx.app.derived, ctx.app.registry};
   RMP_TRY_ASSIGN(scene::Built built, scene::build(source, AnyId(c.world), extras, ctx.progress));
+  RMP_TRY(apply_visibility(ctx, args, AnyId(c.world), built));
   RMP_TRY_ASSIGN(const auto playback,
                  scene::build_playback(source, c.world, *c.check.recording, ctx.progress));
   scene::pose_at(built.scene, playback, first ? first->at : c.check.duration);
@@ -476,7 +477,8 @@ RMP_COMMANDS(program_check_commands) {
   c.params.push_back(optional("picture", "path", "", "A picture of the tool's path, *.png."));
   c.params.push_back(optional("plot", "path", "", "A plot over time: *.svg, *.png or *.pdf."));
   c.params.push_back(defaulted("record", "bool", "", false, "Keeps the run as a recording."));
-  for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))
+  for (ParamSpec& p : picture_params(
+           {.has_mass = false, .has_parts = false, .has_members = true, .has_fading = true}))
     c.params.push_back(std::move(p));
   c.returns = {
       "map",

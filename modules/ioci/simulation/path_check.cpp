@@ -120,6 +120,7 @@ Result<void> draw(CommandContext& ctx, const Map& args, const sim::PathCheck& ch
   extras.robot_q[check.robot] = {q, q + static_cast<std::ptrdiff_t>(check.dof)};
   const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
   RMP_TRY_ASSIGN(scene::Built built, scene::build(source, ref(args, "id"), extras, ctx.progress));
+  RMP_TRY(apply_visibility(ctx, args, ref(args, "id"), built));
   scene::mark_path(built.scene, check);
   RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, built.scene));
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
@@ -201,7 +202,8 @@ RMP_COMMANDS(path_check_commands) {
           "segment is a joint motion that begins elsewhere; path: the beginning of that segment."),
       defaulted("collisions", "bool", "", true, "Also checks for contact."),
       optional("file", "path", "", "A picture of the places, *.png.")};
-  for (ParamSpec& p : picture_params({.has_mass = false, .has_parts = false}))
+  for (ParamSpec& p : picture_params(
+           {.has_mass = false, .has_parts = false, .has_members = true, .has_fading = true}))
     c.params.push_back(std::move(p));
   c.returns = {"map",
                "",

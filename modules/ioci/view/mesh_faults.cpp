@@ -119,6 +119,7 @@ Result<Value> mesh_faults(CommandContext& ctx, const Map& args) {
     const std::string file = text_of(args, "file");
     const scene::Source source{ctx.snapshot(), ctx.app.derived, ctx.app.registry};
     RMP_TRY_ASSIGN(scene::Built built, scene::build(source, id, {}, ctx.progress));
+    RMP_TRY(apply_visibility(ctx, args, id, built));
     mark(built.scene, all);
     RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, built.scene));
     RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
@@ -151,7 +152,8 @@ RMP_COMMANDS(mesh_fault_commands) {
       "local faults = cup:mesh_faults().meshes[1]\n"
       "assert(faults.open_edges == 3 and faults.places[1].kind == \"open\")";
   c.params = {self("solid"), optional("file", "path", "", "The picture, *.png.")};
-  for (ParamSpec& p : picture_params({.has_mass = false, .has_frames = false, .has_parts = false}))
+  for (ParamSpec& p : picture_params(
+           {.has_mass = false, .has_frames = false, .has_parts = false, .has_fading = true}))
     c.params.push_back(std::move(p));
   c.returns = {"map",
                "",

@@ -309,10 +309,7 @@ Schema picture_params(const PictureAbilities& can) {
     s.push_back(std::move(at));
   }
   if (can.moves) {
-    s.push_back(choice(
-        "paths", words(kPaths),
-        "Display of trajectories, each including the items before it: the tool's path, arrowheads "
-        "along it, the control points as numbered balls, and their axes; or none."));
+    s.push_back(paths_param());
     s.push_back(
         optional("path_robot", "string", "",
                  "The robot with the tool that joint trajectories move; by default the only one."));
@@ -323,8 +320,9 @@ Schema picture_params(const PictureAbilities& can) {
   if (can.has_layers) {
     s.push_back(optional("layers", "list<enum(" + text::join(scene::layer_names(), "|") + ")>", "",
                          "Overlays, as a window shows them."));
-    for (ParamSpec& p : visibility_params()) s.push_back(std::move(p));
   }
+  if (can.has_members) s.push_back(without_param());
+  if (can.has_fading) s.push_back(fade_param());
   s.push_back(optional("background", "any", "",
                        "studio, dark (a studio with dark floor and wall), white, transparent or a "
                        "colour; by default studio for shaded styles and white for drawings."));
@@ -354,12 +352,23 @@ std::string place_in_words(const CommandContext& ctx, AnyId what, const std::str
 
 }  // namespace
 
-Schema visibility_params() {
-  return {optional("without", "list<string>", "",
-                   "Members of a world that are left out, such as \"objects.table\" or "
-                   "\"robots.arm\"."),
-          optional("fade", "list<" + map_type(fade_fields()) + ">", "",
-                   "Places drawn with less opacity; later entries override earlier ones.")};
+ParamSpec paths_param() {
+  return choice(
+      "paths", words(kPaths),
+      "Display of trajectories, each including the items before it: the tool's path, arrowheads "
+      "along it, the control points as numbered balls, and their axes; or none.");
+}
+
+ParamSpec without_param() {
+  return optional("without", "list<string>", "",
+                  "Members of a world that are left out, such as \"objects.table\" or "
+                  "\"robots.arm\".");
+}
+
+ParamSpec fade_param() {
+  return optional("fade", "list<" + map_type(fade_fields()) + ">", "",
+                  "Places drawn with less opacity; later entries override earlier ones. Drawings "
+                  "of lines have no opacity.");
 }
 
 Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId what,
@@ -386,7 +395,9 @@ Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId 
       item.appearance.colour.a *= static_cast<float>(at->second);
   std::set<std::string> without;
   if (const Value* paths = args.find("without"); paths && paths->as_list()) {
-    const std::set<std::string> known = scene::member_paths(frame);
+    std::set<std::string> known = scene::member_paths(frame);
+    // The light stays where only its symbol would go.
+    std::erase_if(known, [](const std::string& path) { return path.starts_with("lights."); });
     for (std::size_t i = 0; i < paths->as_list()->size(); ++i) {
       const std::string* path = (*paths->as_list())[i].as_string();
       if (!path || !known.contains(*path))

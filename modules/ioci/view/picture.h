@@ -19,12 +19,16 @@ namespace robomosp::ioci {
 /// What a picture of a kind can show.
 struct PictureAbilities {
   bool has_mass = true, has_frames = true, has_parts = true, has_joints = false, moves = false;
-  bool records = false;     ///< recordings of robots alone
-  bool has_layers = false;  ///< overlays by name, and visibility_params()
+  bool records = false;      ///< recordings of robots alone
+  bool has_layers = false;   ///< overlays by name
+  bool has_members = false;  ///< of a world, which can be left out
+  bool has_fading = false;   ///< places drawn with less opacity
 };
 
-/// Parameters of members that are left out and of places drawn with less opacity: without, fade.
-[[nodiscard]] Schema visibility_params();
+/// `without`: members of a world that are left out.
+[[nodiscard]] ParamSpec without_param();
+/// `fade`: places drawn with less opacity.
+[[nodiscard]] ParamSpec fade_param();
 /// Applies them to what build() made; `what` is the record that paths without another one are of.
 [[nodiscard]] Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId what,
                                             scene::Built& built);
@@ -40,6 +44,8 @@ struct PictureAbilities {
 [[nodiscard]] Result<render::Camera> read_camera(const Map& args);
 /// Reads what of picture_params() is not about what is drawn: size, quality, look without section.
 [[nodiscard]] Result<render::Options> read_picture(const Map& args);
+/// `paths`: what of trajectories a picture shows.
+[[nodiscard]] ParamSpec paths_param();
 /// What of trajectories a picture shows.
 [[nodiscard]] scene::ShownPath read_paths(const Map& args);
 /// The section of a picture; an axis alone goes through the middle of the scene.

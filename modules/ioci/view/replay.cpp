@@ -34,6 +34,7 @@ constexpr double kMostFrames = 999'999;  ///< six digits in the names of their f
 /// A recording with the scene of its world and how that moves.
 struct Show {
   std::optional<LoneRobot> alone;
+  AnyId what;  ///< the world, or the robot alone
   recording::RecordingPtr recording;
   scene::Built built;
   scene::Playback playback;
@@ -53,8 +54,10 @@ Result<Show> show_of(CommandContext& ctx, const Map& args) {
   } else if (const auto robot = robot_of(ctx.snapshot(), r)) {
     RMP_TRY_ASSIGN(LoneRobot made, LoneRobot::make(ctx, *robot, r));
     show.alone.emplace(std::move(made));
+    show.what = AnyId(*robot);
     world = AnyId(show.alone->world());
   }
+  if (!show.alone) show.what = world;
   const document::Snapshot& snapshot = show.alone ? show.alone->snapshot() : ctx.snapshot();
   if (!snapshot.find(world))
     return error(ErrorCode::not_found,
@@ -67,7 +70,9 @@ Result<Show> show_of(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(show.playback,
                  scene::build_playback(source, WorldId{world.number}, r, ctx.progress));
   RMP_TRY(scene::check(show.playback).in("recording " + text::quote(r.title)));
-  RMP_TRY_ASSIGN(show.built, scene::build(source, world, {}, ctx.progress));
+  scene::Extras extras;
+  extras.paths = read_paths(args);
+  RMP_TRY_ASSIGN(show.built, scene::build(source, world, extras, ctx.progress));
   return show;
 }
 
@@ -231,7 +236,7 @@ Result<Value> video(CommandContext& ctx, const Map& args) {
   const double fps = real(args, "fps");
   RMP_TRY_ASSIGN(Show show, show_of(ctx, args));
   RMP_TRY_ASSIGN(const FrameTimes times, frame_times(show.playback, args, fps));
-  RMP_TRY(apply_visibility(ctx, args, show.built.frame->what, show.built));
+  RMP_TRY(apply_visibility(ctx, args, show.what, show.built));
   RMP_TRY_ASSIGN(options.look.section, read_section(ctx, args, show.built.scene));
   RMP_TRY_ASSIGN(const auto drawer, renderer(ctx.app));
   FrameFolder frames;
@@ -404,7 +409,9 @@ CommandSpec video_command() {
     }
     c.params.push_back(std::move(p));
   }
-  for (ParamSpec& p : visibility_params()) c.params.push_back(std::move(p));
+  c.params.push_back(paths_param());
+  c.params.push_back(without_param());
+  c.params.push_back(fade_param());
   c.returns = {"map",
                "",
                "",

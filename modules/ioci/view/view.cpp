@@ -52,6 +52,9 @@ Result<Drawn> draw_what(CommandContext& ctx, const Map& args) {
       return unknown_name("robot", extras.path_robot, known).in("path_robot");
   }
   extras.explode = has(args, "explode") ? real(args, "explode") : 0.0;
+  if (extras.explode > 0 && has(args, "without"))
+    return error(ErrorCode::unsupported, "an exploded picture shows all members",
+                 "Leave explode or without out.", "without");
   RMP_TRY(read_layers(args, extras));
   const AnyId asked = id;
   std::optional<LoneRobot> alone;
@@ -216,6 +219,11 @@ std::string with_plate(const std::string& rest) {
 }  // namespace
 
 RMP_COMMANDS(view_commands) {
+  constexpr PictureAbilities kAnything{.has_joints = true,
+                                       .moves = true,
+                                       .has_layers = true,
+                                       .has_members = true,
+                                       .has_fading = true};
   const std::string small = "size = {96, 64}, quality = \"draft\"}";
   std::vector<CommandSpec> all;
   ParamSpec what =
@@ -226,12 +234,12 @@ RMP_COMMANDS(view_commands) {
       with_plate(
           "local done = view.render{what = \"plate\", file = \"plate.png\", view = \"top\", " +
           small + "\nassert(done.items == 1)"),
-      std::move(what), {.has_joints = true, .moves = true, .has_layers = true}));
+      std::move(what), kAnything));
   all.push_back(render_command(
       "solid.render", "Draws a solid to a PNG file.",
       with_plate("plate:render{file = \"cut.png\", style = \"hidden_line\", section = \"-y\", " +
                  small),
-      self("solid"), {.has_parts = false, .has_layers = true}));
+      self("solid"), {.has_parts = false, .has_layers = true, .has_fading = true}));
   all.push_back(render_command(
       "object.render", "Draws an object to a PNG file.",
       with_plate(
@@ -239,58 +247,64 @@ RMP_COMMANDS(view_commands) {
           "\"plate\", position = {0, 0, 0.02}}}}\n"
           "assert(stack:render{file = \"stack.png\", explode = 1, " +
           small + ".items == 2)"),
-      self("object"), {.has_layers = true}));
-  all.push_back(render_command("robot.render", "Draws a robot to a PNG file.",
-                               "local arm = robot.get(\"twolink\")\n"
-                               "arm:render{file = \"arm.png\", q = {\"30 deg\", \"45 deg\"}, " +
-                                   small,
-                               self("robot"),
-                               {.has_joints = true, .records = true, .has_layers = true}));
-  all.push_back(render_command("world.render", "Draws a world to a PNG file.",
-                               "local cell = world.create{name = \"cell\"}\n"
-                               "cell:render{file = \"cell.png\", view = \"front\", " +
-                                   small,
-                               self("world"), {.moves = true, .has_layers = true}));
+      self("object"), {.has_layers = true, .has_fading = true}));
+  all.push_back(render_command(
+      "robot.render", "Draws a robot to a PNG file.",
+      "local arm = robot.get(\"twolink\")\n"
+      "arm:render{file = \"arm.png\", q = {\"30 deg\", \"45 deg\"}, " +
+          small,
+      self("robot"),
+      {.has_joints = true, .records = true, .has_layers = true, .has_fading = true}));
+  all.push_back(render_command(
+      "world.render", "Draws a world to a PNG file.",
+      "local cell = world.create{name = \"cell\"}\n"
+      "cell:render{file = \"cell.png\", view = \"front\", " +
+          small,
+      self("world"), {.moves = true, .has_layers = true, .has_members = true, .has_fading = true}));
   all.push_back(render_command(
       "material.render", "Draws a material, on a sphere and a cone, to a PNG file.",
       "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\", "
       "metalness = 1, shininess = 0.8}\n"
       "brass:render{file = \"brass.png\", " +
           small,
-      self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
+      self("material"),
+      {.has_mass = false, .has_frames = false, .has_parts = false, .has_fading = true}));
   all.push_back(picture_command(
       "view.picture",
       "Draws a world, robot, object, solid or material and returns the PNG's bytes.",
       with_plate("local p = view.picture{what = \"plate\", view = \"top\", " + small + is_png),
       needed("what", "ref:world|robot|object|solid|material", "", "The record to draw."),
-      {.has_joints = true, .moves = true, .has_layers = true}));
+      kAnything));
   all.push_back(
       picture_command("solid.picture", "Draws a solid and returns the PNG's bytes.",
                       with_plate("local p = plate:picture{section = \"-y\", " + small + is_png),
-                      self("solid"), {.has_parts = false, .has_layers = true}));
+                      self("solid"), {.has_parts = false, .has_layers = true, .has_fading = true}));
   all.push_back(picture_command(
       "object.picture", "Draws an object and returns the PNG's bytes.",
       with_plate("local stack = object.create{name = \"stack\", parts = {{what = \"plate\"}}}\n"
                  "local p = stack:picture{" +
                  small + is_png),
-      self("object"), {.has_layers = true}));
-  all.push_back(picture_command("robot.picture", "Draws a robot and returns the PNG's bytes.",
-                                "local arm = robot.get(\"twolink\")\n"
-                                "local p = arm:picture{q = {\"30 deg\", \"45 deg\"}, " +
-                                    small + is_png,
-                                self("robot"),
-                                {.has_joints = true, .records = true, .has_layers = true}));
-  all.push_back(picture_command("world.picture", "Draws a world and returns the PNG's bytes.",
-                                "local cell = world.create{name = \"cell\"}\n"
-                                "local p = cell:picture{view = \"front\", " +
-                                    small + is_png,
-                                self("world"), {.moves = true, .has_layers = true}));
+      self("object"), {.has_layers = true, .has_fading = true}));
+  all.push_back(picture_command(
+      "robot.picture", "Draws a robot and returns the PNG's bytes.",
+      "local arm = robot.get(\"twolink\")\n"
+      "local p = arm:picture{q = {\"30 deg\", \"45 deg\"}, " +
+          small + is_png,
+      self("robot"),
+      {.has_joints = true, .records = true, .has_layers = true, .has_fading = true}));
+  all.push_back(picture_command(
+      "world.picture", "Draws a world and returns the PNG's bytes.",
+      "local cell = world.create{name = \"cell\"}\n"
+      "local p = cell:picture{view = \"front\", " +
+          small + is_png,
+      self("world"), {.moves = true, .has_layers = true, .has_members = true, .has_fading = true}));
   all.push_back(picture_command(
       "material.picture", "Draws a material, on a sphere and a cone, and returns the PNG's bytes.",
       "local brass = material.create{name = \"brass\", density = 8500, colour = \"#c8a44a\"}\n"
       "local p = brass:picture{" +
           small + is_png,
-      self("material"), {.has_mass = false, .has_frames = false, .has_parts = false}));
+      self("material"),
+      {.has_mass = false, .has_frames = false, .has_parts = false, .has_fading = true}));
   all.push_back({.name = "view.redraw",
                  .classic = "ForceReDraw",
                  .summary = "Draws the scene again in viewers that show one.",
