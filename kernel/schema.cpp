@@ -760,19 +760,15 @@ Result<Map> check(const Schema& schema, const Map& given, const ResolveRef& reso
   Map checked;
   std::size_t known = 0;
   for (const ParamSpec& spec : schema) {
-    const Value* v = given.empty() ? nullptr : given.find(spec.name);
+    const Value* v = given.find(spec.name);
     if (v) ++known;
-    if (!v && !spec.default_value) {
-      if (spec.required) add(missing_argument(spec, spec.name), spec.name);
-      continue;
-    }
-    const std::string_view type = plain_type(spec.type);
-    if (v && v->is_nil() && type != "any") v = nullptr;
+    if (v && v->is_nil() && plain_type(spec.type) != "any") v = nullptr;
     if (!v && spec.default_value) v = &*spec.default_value;
     if (!v) {
       if (spec.required) add(missing_argument(spec, spec.name), spec.name);
       continue;
     }
+    const std::string_view type = plain_type(spec.type);
     Result<Value> one = check_as(spec, type, *v, spec.name, resolve);
     if (type == "path" && one.ok() && current_file_root()) one = confined(*one, spec.name);
     if (!one.ok()) {

@@ -23,8 +23,7 @@ bool is_of(std::string_view item, std::string_view part) {
   return item == part || (item.starts_with(part) && item[part.size()] == '.');
 }
 
-}  // namespace
-
+/// The list of a world that members of a kind are in; "" = of none.
 std::string_view list_of_member(MemberKind kind) {
   switch (kind) {
     case MemberKind::body: return "objects";
@@ -38,6 +37,8 @@ std::string_view list_of_member(MemberKind kind) {
   }
   return {};
 }
+
+}  // namespace
 
 std::string member_path(const Member& m) {
   const std::string_view list = list_of_member(m.kind);
@@ -61,21 +62,11 @@ LeftOut leave_out(const Frame& frame, const std::set<std::string>& paths, render
     const std::string path = member_path(*m);
     if (path.empty() || !paths.contains(path)) return;
     out.members.insert(path);
-    for (std::size_t layer = 0; layer < kShapeLayers; ++layer) {
-      const ShapePtr& shape = m->shapes[layer];
-      if (!shape) continue;
-      for_each_list(*shape, [&](ElementKind kind, const auto& list) {
-        for (std::size_t i = 0; i < list.size(); ++i) {
-          const std::uint64_t id =
-              id_of({kind, static_cast<ShapeLayer>(layer), static_cast<std::uint32_t>(i), m});
-          ids.insert(id);
-          if (kind == ElementKind::item) out.items.insert(id);
-        }
-      });
-    }
     for_each_placed(*m, [&](std::size_t, const auto&, const auto& placed) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(placed)>, render::Label>)
-        ++labels[{placed.text, placed.place}];
+      using T = std::decay_t<decltype(placed)>;
+      if constexpr (std::is_same_v<T, render::Label>) ++labels[{placed.text, placed.place}];
+      else if constexpr (requires { placed.id; }) ids.insert(placed.id);
+      if constexpr (std::is_same_v<T, render::Item>) out.items.insert(placed.id);
     });
   });
   const auto is_left_out = [&](const auto& each) { return ids.contains(each.id); };
@@ -95,12 +86,10 @@ LeftOut leave_out(const Frame& frame, const std::set<std::string>& paths, render
 std::vector<std::uint64_t> items_of(const Frame& frame, AnyId record, std::string_view path) {
   std::vector<std::uint64_t> out;
   const std::string_view part = after_list(path);
-  const std::string_view list = path.substr(0, path.size() - (part.empty() ? 0 : part.size() + 1));
   if (record == frame.what && path.empty() && frame.what.kind == Kind::world) return out;
   if (part.empty() && !path.empty()) return out;  // a list, or no path
   frame.for_each_member([&](const MemberPtr& member) {
-    const bool is_member = member->is_placed && record == frame.what &&
-                           list == list_of_member(member->kind) && part == member->name;
+    const bool is_member = record == frame.what && !path.empty() && member_path(*member) == path;
     const bool is_record =
         member->what == record && (!member->is_placed || member->kind == MemberKind::body ||
                                    member->kind == MemberKind::robot);

@@ -16,8 +16,6 @@
 
 namespace robomosp::scene {
 
-/// The list of a world that members of a kind are in; "" = of none.
-[[nodiscard]] std::string_view list_of_member(MemberKind kind);
 /// Path of a member in its world, such as "objects.table"; "" of what is no member of a world.
 [[nodiscard]] std::string member_path(const Member& member);
 /// Paths of all members of the world that a frame shows.

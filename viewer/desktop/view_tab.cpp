@@ -44,12 +44,6 @@ constexpr const char* kAxisWords[] = {"x", "y", "z"};
 /// By scene::ShownPath.
 constexpr const char* kPathWords[] = {"none", "line", "arrows", "points", "frames"};
 
-/// The part behind the list of a path: "forearm" of "links.forearm".
-std::string_view after_list(std::string_view path) {
-  const auto dot = path.find('.');
-  return dot == std::string_view::npos ? std::string_view() : path.substr(dot + 1);
-}
-
 /// Least and greatest coordinates of all items, {} without any.
 std::array<Vec3, 2> box_of_items(const viewer::Frame& frame) {
   constexpr double kFar = std::numeric_limits<double>::max();
@@ -384,12 +378,10 @@ std::optional<Pose> ViewTab::selected_pose() const {
   if (!picture_ || !picture_->frame || desk_.selection().size() != 1) return {};
   const scene::Frame& frame = *picture_->frame;
   const Selected& s = desk_.selection().front();
-  const std::string_view part = after_list(s.path);
   std::optional<Pose> found;
-  if (s.record == record_handle(frame.what) && !part.empty())
+  if (s.record == record_handle(frame.what) && !s.path.empty())
     frame.for_each_member([&](const scene::MemberPtr& member) {
-      if (member->is_placed && part == member->name && !member->bodies.empty() &&
-          std::string_view(s.path).starts_with(scene::list_of_member(member->kind)))
+      if (!member->bodies.empty() && scene::member_path(*member) == s.path)
         found = member->world_T(0);
     });
   return found;

@@ -345,8 +345,8 @@ const Schema& fade_fields() {
   return all;
 }
 
-/// A place in words: `"links.elbow" of robot "arm"`.
-std::string place_in_words(const CommandContext& ctx, AnyId what, const std::string& path) {
+/// A place as messages name it: `"links.elbow" of robot "arm"`.
+std::string place_text(const CommandContext& ctx, AnyId what, const std::string& path) {
   return (path.empty() ? std::string() : text::quote(path) + " of ") + name_in(ctx, what);
 }
 
@@ -384,7 +384,7 @@ Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId 
       const std::vector<std::uint64_t> items = scene::items_of(frame, of, path);
       if (items.empty())
         return error(ErrorCode::unknown_name,
-                     "the picture has nothing of " + place_in_words(ctx, of, path),
+                     "the picture has nothing of " + place_text(ctx, of, path),
                      "Give a member such as objects.table, or a record with the path of a link, "
                      "part or node.",
                      where);
