@@ -375,6 +375,10 @@ TEST_F(RenderCommand, MembersAreLeftOutAndPlacesFaded) {
       refused({{"what", "cell"}, {"fade", List{Map{{"path", "objects.near"}, {"opacity", 1.5}}}}})
           .find("0 to 1"),
       std::string::npos);
+  run("world.add_light", {{"id", cell}, {"name", "lamp"}});
+  EXPECT_NE(refused({{"what", "cell"}, {"without", List{"lights.lamp"}}})
+                .find("without[1]: \"lights.lamp\" is a light"),
+            std::string::npos);
   EXPECT_NE(refused({{"what", "cell"}, {"layers", List{"label"}}}).find("labels"),
             std::string::npos);
   EXPECT_NE(refused({{"without", List{"objects.near"}}}).find("member"), std::string::npos);

@@ -395,14 +395,17 @@ Result<void> apply_visibility(const CommandContext& ctx, const Map& args, AnyId 
       item.appearance.colour.a *= static_cast<float>(at->second);
   std::set<std::string> without;
   if (const Value* paths = args.find("without"); paths && paths->as_list()) {
-    std::set<std::string> known = scene::member_paths(frame);
-    // The light stays where only its symbol would go.
-    std::erase_if(known, [](const std::string& path) { return path.starts_with("lights."); });
+    const std::set<std::string> known = scene::member_paths(frame);
     for (std::size_t i = 0; i < paths->as_list()->size(); ++i) {
+      const std::string where = "without[" + std::to_string(i + 1) + "]";
       const std::string* path = (*paths->as_list())[i].as_string();
       if (!path || !known.contains(*path))
         return unknown_name("member", path ? *path : std::string(), {known.begin(), known.end()})
-            .in("without[" + std::to_string(i + 1) + "]");
+            .in(where);
+      if (path->starts_with("lights."))
+        return error(ErrorCode::unsupported,
+                     text::quote(*path) + " is a light, of which pictures have no symbol",
+                     "Leave it out of the list, or remove the light from the world.", where);
       without.insert(*path);
     }
   }
