@@ -271,7 +271,7 @@ Frame cell_with(int triangles) {
 
 void measure_pictures() {
   for (const auto& [triangles, limit] : {std::pair{25000, 40.0}, std::pair{300000, -1.0}}) {
-    auto made = Display::create(Quality::fast, false);
+    auto made = Display::create(Quality::fast);
     if (!made.ok()) {
       std::fprintf(stderr, "no display: %s\n", made.error().sentence().c_str());
       return;

@@ -27,12 +27,15 @@ namespace {
 
 const Vec3 kOnTable{0.92, -0.45, 0.34};  ///< the middle of the near upper side of the table [m]
 
-class DisplayTest : public testing::Test {
+/// With the method that suits this platform (`automatic`) and with that for graphics cards.
+class DisplayTest : public testing::TestWithParam<DrawingMethod> {
  protected:
   void SetUp() override {
-    auto made = Display::create({}, false);
+    auto made = Display::create({}, GetParam());
     ASSERT_TRUE(made.ok()) << made.error().sentence();
     display = std::move(*made);
+    if (GetParam() == DrawingMethod::window && display->drawing_method() != GetParam())
+      GTEST_SKIP() << "windows of this platform have no OpenGL";
     display->resize(900, 600);
     display->set_frame(synthetic::robot_cell());
     display->show();
@@ -80,7 +83,7 @@ class DisplayTest : public testing::Test {
   std::unique_ptr<Display> display;
 };
 
-TEST_F(DisplayTest, ADragOfTheBackgroundCirclesTheTarget) {
+TEST_P(DisplayTest, ADragOfTheBackgroundCirclesTheTarget) {
   const OrbitCamera before = display->camera();
   ASSERT_FALSE(display->pick({6, 6}));
   drag(Qt::LeftButton, Qt::NoModifier, {6, 6}, {80, 30});
@@ -89,7 +92,7 @@ TEST_F(DisplayTest, ADragOfTheBackgroundCirclesTheTarget) {
   EXPECT_NEAR(display->camera().distance(), before.distance(), 1e-12);
 }
 
-TEST_F(DisplayTest, ADragOfABodyCirclesThePointUnderTheCursor) {
+TEST_P(DisplayTest, ADragOfABodyCirclesThePointUnderTheCursor) {
   const QPoint at = place_of(kOnTable);
   const auto hit = display->pick(at);
   ASSERT_TRUE(hit);
@@ -100,7 +103,7 @@ TEST_F(DisplayTest, ADragOfABodyCirclesThePointUnderTheCursor) {
   EXPECT_TRUE(display->is_touched());
 }
 
-TEST_F(DisplayTest, ShiftDragAndMiddleButtonMoveTheTarget) {
+TEST_P(DisplayTest, ShiftDragAndMiddleButtonMoveTheTarget) {
   for (const auto& [button, keys] :
        {std::pair{Qt::LeftButton, Qt::ShiftModifier}, {Qt::MiddleButton, Qt::NoModifier}}) {
     const OrbitCamera before = display->camera();
@@ -113,7 +116,7 @@ TEST_F(DisplayTest, ShiftDragAndMiddleButtonMoveTheTarget) {
   }
 }
 
-TEST_F(DisplayTest, TheWheelZoomsTowardsTheCursorAndFitReturns) {
+TEST_P(DisplayTest, TheWheelZoomsTowardsTheCursorAndFitReturns) {
   const OrbitCamera before = display->camera();
   wheel({200, 150}, 3);
   EXPECT_NEAR(display->camera().distance(), before.distance() / std::pow(1.15, 3), 1e-9);
@@ -122,7 +125,7 @@ TEST_F(DisplayTest, TheWheelZoomsTowardsTheCursorAndFitReturns) {
   EXPECT_NEAR(display->camera().distance(), before.distance(), 1e-9);
 }
 
-TEST_F(DisplayTest, AClickPicksTheItemAndADragDoesNot) {
+TEST_P(DisplayTest, AClickPicksTheItemAndADragDoesNot) {
   std::vector<std::optional<Pick>> picks;
   display->on_pick = [&](const std::optional<Pick>& hit) { picks.push_back(hit); };
   QTest::mouseClick(display.get(), Qt::LeftButton, {}, place_of(kOnTable));
@@ -137,7 +140,7 @@ TEST_F(DisplayTest, AClickPicksTheItemAndADragDoesNot) {
   EXPECT_EQ(picks.size(), 2U);
 }
 
-TEST_F(DisplayTest, FlyingShowsItemsInTheMiddleAndKeepsTheDirection) {
+TEST_P(DisplayTest, FlyingShowsItemsInTheMiddleAndKeepsTheDirection) {
   const auto hit = display->pick(place_of(kOnTable));
   ASSERT_TRUE(hit);
   const Vec3 backward = display->camera().backward();
@@ -153,7 +156,7 @@ TEST_F(DisplayTest, FlyingShowsItemsInTheMiddleAndKeepsTheDirection) {
   EXPECT_NEAR(norm(display->camera().backward() - backward), 0, 1e-9);
 }
 
-TEST_F(DisplayTest, TheDarkStudioIsDarker) {
+TEST_P(DisplayTest, TheDarkStudioIsDarker) {
   const QImage light = display->shown();
   display->set_dark(true);
   settle();
@@ -161,7 +164,7 @@ TEST_F(DisplayTest, TheDarkStudioIsDarker) {
   EXPECT_GT(colours(display->shown()), 200U);
 }
 
-TEST_F(DisplayTest, NothingIsRepaintedWhileNothingChanges) {
+TEST_P(DisplayTest, NothingIsRepaintedWhileNothingChanges) {
   const int drawn = display->pictures_drawn();
   QTest::qWait(400);
   EXPECT_EQ(display->pictures_drawn(), drawn);
@@ -170,7 +173,7 @@ TEST_F(DisplayTest, NothingIsRepaintedWhileNothingChanges) {
   EXPECT_GT(display->pictures_drawn(), drawn);
 }
 
-TEST_F(DisplayTest, APictureFollowsItsFrame) {
+TEST_P(DisplayTest, APictureFollowsItsFrame) {
   const QImage with_grid = display->shown();
   EXPECT_GT(colours(with_grid), 200U);
   Frame frame = synthetic::robot_cell();
@@ -180,7 +183,7 @@ TEST_F(DisplayTest, APictureFollowsItsFrame) {
   EXPECT_NE(display->shown(), with_grid);
 }
 
-TEST_F(DisplayTest, AStillIsDrawnBesideTheWindow) {
+TEST_P(DisplayTest, AStillIsDrawnBesideTheWindow) {
   const auto still = display->still(320, 200);
   ASSERT_TRUE(still.ok()) << still.error().sentence();
   EXPECT_EQ(still->width, 320);
@@ -192,7 +195,7 @@ TEST_F(DisplayTest, AStillIsDrawnBesideTheWindow) {
   EXPECT_GT(colours(display->shown()), 200U);
 }
 
-TEST_F(DisplayTest, AfterAMotionAllPixelsAreDrawn) {
+TEST_P(DisplayTest, AfterAMotionAllPixelsAreDrawn) {
   drag(Qt::LeftButton, Qt::NoModifier, {300, 300}, {60, 20});
   for (int i = 0; i < 5; ++i) {
     wheel({200, 150}, i % 2 == 0 ? 1 : -1);
@@ -208,7 +211,7 @@ TEST_F(DisplayTest, AfterAMotionAllPixelsAreDrawn) {
   EXPECT_EQ(display->shown(), at_rest);
 }
 
-TEST_F(DisplayTest, APictureTakenWhileTheViewMovesHasAllPixels) {
+TEST_P(DisplayTest, APictureTakenWhileTheViewMovesHasAllPixels) {
   for (int i = 0; i < 6; ++i) {
     wheel({200, 150}, i % 2 == 0 ? 1 : -1);
     QApplication::processEvents();
@@ -218,6 +221,12 @@ TEST_F(DisplayTest, APictureTakenWhileTheViewMovesHasAllPixels) {
   settle();
   EXPECT_EQ(display->shown(), moving);
 }
+
+INSTANTIATE_TEST_SUITE_P(By, DisplayTest,
+                         testing::Values(DrawingMethod::automatic, DrawingMethod::window),
+                         [](const auto& tested) {
+                           return tested.param == DrawingMethod::window ? "Window" : "Automatic";
+                         });
 
 TEST(Pace, FewerPixelsWhereTheyTakeLongAndAllWhereTheyDoNot) {
   const auto after = [](Pace pace, double fixed, double per_picture) {
@@ -248,7 +257,7 @@ TEST(Pace, FewerPixelsWhereTheyTakeLongAndAllWhereTheyDoNot) {
   }
 }
 
-TEST_F(DisplayTest, AtRestThePictureIsReplacedByAStillUntilSomethingMoves) {
+TEST_P(DisplayTest, AtRestThePictureIsReplacedByAStillUntilSomethingMoves) {
   const QImage quick = display->shown();
   display->set_refining(true);
   ASSERT_TRUE(QTest::qWaitFor([&] { return display->is_refined(); }, 60000));

@@ -21,7 +21,7 @@ namespace {
 class ViewsTest : public testing::Test {
  protected:
   void SetUp() override {
-    auto made = Display::create({}, false);
+    auto made = Display::create();
     ASSERT_TRUE(made.ok()) << made.error().sentence();
     display = std::move(*made);
     display->resize(800, 600);
@@ -177,6 +177,49 @@ TEST_F(ViewsTest, StereoPicturesDifferFromPlainOnesAndPickingStaysRight) {
   display->set_stereo({});
   settle();
   EXPECT_LT(difference(display->shown(), plain), 0.5);
+}
+
+// Software OpenGL is copied and a graphics card is not: what is seen is the same.
+TEST_F(ViewsTest, TheMethodOfDrawingDoesNotShow) {
+  auto made = Display::create({}, DrawingMethod::window);
+  ASSERT_TRUE(made.ok()) << made.error().sentence();
+  const std::unique_ptr<Display> other = std::move(*made);
+  if (other->drawing_method() != DrawingMethod::window)
+    GTEST_SKIP() << "windows of this platform have no OpenGL";
+  ASSERT_EQ(display->drawing_method(), DrawingMethod::copied);
+  other->resize(display->size());
+  other->set_frame(synthetic::robot_cell());
+  other->show();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return other->pictures_drawn() > 0; }, 60000));
+  const auto compare = [&](const char* what) {
+    settle();
+    QTest::qWait(200);  // for the other display
+    const QImage a = display->shown(), b = other->shown();
+    ASSERT_EQ(a.size(), b.size()) << what;
+    EXPECT_LT(difference(a, b), 0.01) << what;
+    // Names and lines lie over four views.
+    if (!display->has_four_view())
+      EXPECT_LT(difference(display->grab().toImage(), a), 0.01) << what;
+  };
+  compare("one view");
+  for (const Stereo mode : {Stereo::anaglyph, Stereo::side_by_side, Stereo::interlaced}) {
+    StereoSettings settings;
+    settings.mode = mode;
+    settings.eye_distance = 0.2;
+    for (Display* each : {display.get(), other.get()}) each->set_stereo(settings);
+    compare("stereo");
+  }
+  for (Display* each : {display.get(), other.get()}) {
+    each->set_stereo({});
+    each->set_four_view(true);
+  }
+  compare("four views");
+  for (Display* each : {display.get(), other.get()}) {
+    each->set_four_view(false);
+    each->resize(701, 433);
+    each->set_dark(true);
+  }
+  compare("another size, dark");
 }
 
 TEST(StereoPair, EyesAreApartAndMeetAtTheConvergence) {

@@ -562,8 +562,9 @@ ViewTab* MainWindow::open_view(const Handle& what, const QString& name) {
   }
   ViewTab* view = made->release();
   // Pictures without the window's OpenGL are slower: the reason is worth a place.
-  status_renderer_->setText(view->display().uses_window_opengl() ? QString()
-                                                                 : "pictures through EGL");
+  status_renderer_->setText(view->display().drawing_method() == DrawingMethod::image
+                                ? "pictures through EGL"
+                                : QString());
   status_renderer_->setToolTip(view->display().renderer_name() +
                                "\nrobomosp-desktop --graphics reports more");
   add_tab(view, std::string(icon_of_kind(what.kind)).c_str(), name, tabs_->count());

@@ -68,7 +68,9 @@ std::array<Vec3, 2> box_of_items(const viewer::Frame& frame) {
 
 Result<std::unique_ptr<ViewTab>> ViewTab::create(Desk& desk, const Actions& actions,
                                                  bool software_view) {
-  RMP_TRY_ASSIGN(std::unique_ptr<Display> display, Display::create({}, software_view));
+  RMP_TRY_ASSIGN(
+      std::unique_ptr<Display> display,
+      Display::create({}, software_view ? DrawingMethod::image : DrawingMethod::automatic));
   return std::unique_ptr<ViewTab>(new ViewTab(desk, actions, std::move(display)));
 }
 

@@ -92,23 +92,31 @@ Display::Display() : overlay_(new Overlay(this)) {
 Display::~Display() = default;
 
 Result<std::unique_ptr<Display>> Display::create(std::optional<Quality> quality,
-                                                 bool software_view) {
+                                                 DrawingMethod method) {
   std::unique_ptr<Display> display(new Display);
-  const QString renderer = software_view ? QString() : window_opengl().renderer;
+  std::unique_ptr<Surface>& surface = display->surface_;
+  const QString renderer = method == DrawingMethod::image ? QString() : window_opengl().renderer;
+  const bool is_slow = is_software(renderer);
   if (!renderer.isEmpty()) {
-    const bool is_slow = is_software(renderer);
+    if (method == DrawingMethod::automatic)
+      method = is_slow ? DrawingMethod::copied : DrawingMethod::window;
     const Quality q = quality.value_or(is_slow ? Quality::fast : Quality::quality);
-    display->surface_ = std::make_unique<GlSurface>(display.get(), q, is_slow ? 0 : 4);
-    display->surface_->renderer = renderer;
-    display->surface_->is_software = is_slow;
+    if (method == DrawingMethod::copied) surface = CopiedSurface::create(display.get(), q);
+    else surface = std::make_unique<GlSurface>(display.get(), q, is_slow ? 0 : 4);
+  }
+  if (surface) {
+    surface->renderer = renderer;
+    surface->is_software = is_slow;
   } else {
+    method = DrawingMethod::image;
     auto offscreen = OffscreenRenderer::create(320, 240, quality.value_or(Quality::fast));
     if (!offscreen) {
       return std::move(offscreen).error().in("the 3-D display on the Qt platform \"" +
                                              QGuiApplication::platformName().toStdString() + "\"");
     }
-    display->surface_ = std::make_unique<ImageSurface>(display.get(), std::move(offscreen).value());
+    surface = std::make_unique<ImageSurface>(display.get(), std::move(offscreen).value());
   }
+  display->drawing_method_ = method;
   display->surface_->draw = [d = display.get()](SceneView& scene, int only) {
     d->draw_shots(scene, only);
   };
@@ -136,7 +144,7 @@ void Display::changed(bool is_motion) {
   if (refiner_) refiner_->cancel();
   if (is_refining_) idle_.start(kIdleMs);
   surface_->redraw();
-  if (is_mixed(stereo_.mode) && uses_window_opengl()) mixing_.start(0);
+  if (is_mixed(stereo_.mode) && drawing_method_ != DrawingMethod::image) mixing_.start(0);
   else overlay_->hide();
   redrawn();
 }
@@ -145,7 +153,7 @@ void Display::come_to_rest() {
   if (!is_coarse()) return;
   surface_->share = 1;
   surface_->redraw();
-  if (is_mixed(stereo_.mode) && uses_window_opengl()) mixing_.start(0);
+  if (is_mixed(stereo_.mode) && drawing_method_ != DrawingMethod::image) mixing_.start(0);
 }
 
 bool Display::is_coarse() const { return surface_->share < 1; }
@@ -318,9 +326,6 @@ QImage Display::shown() {
   return overlay_->isVisible() ? overlay_->image() : surface_->shown();
 }
 int Display::pictures_drawn() const { return surface_->drawn; }
-bool Display::uses_window_opengl() const {
-  return dynamic_cast<const GlSurface*>(surface_.get()) != nullptr;
-}
 const QString& Display::renderer_name() const { return surface_->renderer; }
 
 void Display::mousePressEvent(QMouseEvent* event) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Display: the 3-D picture as a widget, drawn by OpenGL in the window or, if that is unavailable,
-// through EGL into an image (layer: GUI). Repaints only after changes.
+// Display: the 3-D picture as a widget (layer: GUI). Repaints only after changes.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -25,14 +25,23 @@ namespace robomosp::viewer {
 
 class Refiner;
 
+/// How a picture gets into its window.
+enum class DrawingMethod : std::uint8_t {
+  automatic,  ///< `window` with a graphics card, `copied` with software OpenGL, otherwise `image`
+  window,     ///< by the window's OpenGL, with which Qt composes the window
+  copied,     ///< by the platform's OpenGL into memory, then painted as any widget is
+  image       ///< through EGL into an image, without any OpenGL of the platform
+};
+
 class Display : public QWidget {
  public:
   /// A press that moves the mouse by less is a click, since a hand trembles [px].
   static constexpr int kLeastDrag = 4;
 
-  /// Selects the drawing method for the running QApplication. Fails if neither method works.
-  [[nodiscard]] static Result<std::unique_ptr<Display>> create(std::optional<Quality> quality,
-                                                               bool software_view);
+  /// For the running QApplication. Where the platform has no OpenGL, every method is `image`; fails
+  /// if that does not work, either. Without a quality, one that suits the renderer.
+  [[nodiscard]] static Result<std::unique_ptr<Display>> create(
+      std::optional<Quality> quality = {}, DrawingMethod method = DrawingMethod::automatic);
   ~Display() override;
 
   void set_frame(const Frame& frame);
@@ -96,7 +105,8 @@ class Display : public QWidget {
   [[nodiscard]] bool is_refined() const;
   /// True while the picture has fewer pixels than its place, because the view moves.
   [[nodiscard]] bool is_coarse() const;
-  [[nodiscard]] bool uses_window_opengl() const;
+  /// By which method the picture is drawn; never `automatic`.
+  [[nodiscard]] DrawingMethod drawing_method() const { return drawing_method_; }
   [[nodiscard]] const QString& renderer_name() const;
 
   std::function<void(std::optional<Pick>)> on_pick;  ///< after each click without a drag
@@ -115,7 +125,9 @@ class Display : public QWidget {
  private:
   class Surface;
   class GlSurface;
+  class CopiedSurface;
   class ImageSurface;
+  class Painted;
   class Overlay;
   class PaneMarks;
   struct Pane {
@@ -141,6 +153,7 @@ class Display : public QWidget {
   void resize_scene();
   [[nodiscard]] SceneView& scene() const;
 
+  DrawingMethod drawing_method_ = DrawingMethod::image;
   std::unique_ptr<Surface> surface_;
   std::unique_ptr<Refiner> refiner_;
   Overlay* overlay_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The children of a display that draw: in the window by OpenGL, or through EGL into an image
-// (layer: GUI). Internal to viewer/window/display*.cpp.
+// The children of a display that draw: in the window by OpenGL, by OpenGL into memory, or through
+// EGL into an image (layer: GUI). Internal to viewer/window/display*.cpp.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 #include <vector>
 
 #include <QElapsedTimer>
+#include <QOffscreenSurface>
 #include <QOpenGLContext>
+#include <QOpenGLExtraFunctions>
 #include <QOpenGLFramebufferObject>
 #include <QOpenGLWidget>
 #include <QPainter>
@@ -153,10 +155,116 @@ class Display::GlSurface : public Display::Surface {
   std::optional<double> drawn_with_;  ///< share of the picture that is not on the screen yet
 };
 
+/// Paints the image that its owner has drawn.
+class Display::Painted : public QWidget {
+ public:
+  Painted(QWidget* parent, std::function<const QImage&()> image)
+      : QWidget(parent), image_(std::move(image)) {
+    setAttribute(Qt::WA_OpaquePaintEvent);
+  }
+
+ protected:
+  void paintEvent(QPaintEvent*) override {
+    const QImage& image = image_();
+    QPainter painter(this);
+    painter.setRenderHint(QPainter::SmoothPixmapTransform);
+    painter.drawImage(rect(), image);
+  }
+
+ private:
+  std::function<const QImage&()> image_;
+};
+
+/// For software OpenGL. With an OpenGL widget among its children, Qt composes the whole window by
+/// OpenGL, which takes software longer than many a scene.
+class Display::CopiedSurface : public Display::Surface {
+ public:
+  /// Null if the platform gives no OpenGL without a window.
+  static std::unique_ptr<CopiedSurface> create(QWidget* parent, Quality quality) {
+    std::unique_ptr<CopiedSurface> made(new CopiedSurface(parent, quality));
+    return made->context_.create() ? std::move(made) : nullptr;
+  }
+  ~CopiedSurface() override {
+    delete view_;
+    if (!context_.makeCurrent(&target_)) return;
+    drawn_.reset();
+    enlarged_.reset();
+    scene_.release();
+    context_.doneCurrent();
+  }
+  QWidget* widget() override { return view_; }
+  SceneView& scene() override { return scene_; }
+  void redraw() override {
+    is_old_ = true;
+    view_->update();
+  }
+  void resize(int width, int height) override { scene_.resize(width, height); }
+  QImage shown() override {
+    if (only >= 0) is_old_ = true;  // the other eye
+    refresh();
+    if (only >= 0) is_old_ = true;
+    return image_;
+  }
+
+ private:
+  CopiedSurface(QWidget* parent, Quality quality)
+      : scene_(quality, Target::window), view_(new Painted(parent, [this]() -> const QImage& {
+          refresh();
+          return image_;
+        })) {
+    context_.setFormat(format_with(0));
+    target_.setFormat(format_with(0));
+    target_.create();
+  }
+  static void fit(std::unique_ptr<QOpenGLFramebufferObject>& buffer, QSize size,
+                  QOpenGLFramebufferObject::Attachment attachment) {
+    if (!buffer || buffer->size() != size)
+      buffer = std::make_unique<QOpenGLFramebufferObject>(size, attachment);
+  }
+  void refresh() {
+    if (!std::exchange(is_old_, false) || whole.isEmpty() || !context_.makeCurrent(&target_))
+      return;
+    QElapsedTimer clock;
+    clock.start();
+    const QSize size = share < 1 ? shrunk(whole, share) : whole;
+    fit(drawn_, size, QOpenGLFramebufferObject::CombinedDepthStencil);
+    fit(enlarged_, whole, QOpenGLFramebufferObject::NoAttachment);
+    // OpenSceneGraph binds it only after it has drawn into another one.
+    drawn_->bind();
+    scene_.set_framebuffer(drawn_->handle());
+    draw(scene_, only);
+    // The rows of images begin at the top.
+    QOpenGLExtraFunctions& gl = *context_.extraFunctions();
+    gl.glBindFramebuffer(GL_READ_FRAMEBUFFER, drawn_->handle());
+    gl.glBindFramebuffer(GL_DRAW_FRAMEBUFFER, enlarged_->handle());
+    gl.glBlitFramebuffer(0, size.height(), size.width(), 0, 0, 0, whole.width(), whole.height(),
+                         GL_COLOR_BUFFER_BIT, size == whole ? GL_NEAREST : GL_LINEAR);
+    enlarged_->bind();
+    if (image_.size() != whole) image_ = QImage(whole, QImage::Format_RGB32);
+    gl.glReadPixels(0, 0, whole.width(), whole.height(), GL_BGRA, GL_UNSIGNED_INT_8_8_8_8_REV,
+                    image_.bits());
+    enlarged_->release();
+    context_.doneCurrent();
+    ++drawn;
+    if (timed) timed(share, 1e-9 * static_cast<double>(clock.nsecsElapsed()));
+  }
+
+  QOpenGLContext context_;
+  QOffscreenSurface target_;
+  std::unique_ptr<QOpenGLFramebufferObject> drawn_, enlarged_;
+  SceneView scene_;
+  QPointer<Painted> view_;
+  QImage image_;
+  bool is_old_ = true;
+};
+
 class Display::ImageSurface : public Display::Surface {
  public:
   ImageSurface(QWidget* parent, OffscreenRenderer r)
-      : renderer_(std::move(r)), view_(new View(*this, parent)) {
+      : renderer_(std::move(r)), view_(new Painted(parent, [this]() -> const QImage& {
+          refresh();
+          return image_;
+        })) {
     renderer = QString::fromStdString(renderer_.renderer_name());
   }
   ~ImageSurface() override { delete view_; }
@@ -173,22 +281,6 @@ class Display::ImageSurface : public Display::Surface {
   }
 
  private:
-  class View : public QWidget {
-   public:
-    View(ImageSurface& owner, QWidget* parent) : QWidget(parent), owner_(owner) {}
-
-   protected:
-    void paintEvent(QPaintEvent*) override {
-      owner_.refresh();
-      QPainter painter(this);
-      painter.setRenderHint(QPainter::SmoothPixmapTransform, owner_.image_.size() != owner_.whole);
-      painter.drawImage(rect(), owner_.image_);
-    }
-
-   private:
-    ImageSurface& owner_;
-  };
-
   void refresh() {
     if (!std::exchange(is_old_, false)) return;
     QElapsedTimer clock;
@@ -219,7 +311,7 @@ class Display::ImageSurface : public Display::Surface {
   }
 
   OffscreenRenderer renderer_;
-  QPointer<View> view_;
+  QPointer<Painted> view_;
   QImage image_;
   bool is_old_ = true;
 };
