@@ -527,6 +527,23 @@ TEST_F(DesktopTest, SearchKeepsRowsWithAllWordsAndKinds) {
   shown_world();
   made("material.create", {{"name", "left_over"}, {"density", 7000.0}});
   settle();
+  tree().expand(row({"Library", "Materials"}));
+  settle();
+  const auto open_rows = [this] {
+    QStringList out;
+    const std::function<void(const QModelIndex&)> look = [&](const QModelIndex& above) {
+      for (int i = 0; i < tree().model()->rowCount(above); ++i) {
+        const QModelIndex at = tree().model()->index(i, 0, above);
+        if (tree().isExpanded(at)) out += at.data().toString();
+        look(at);
+      }
+    };
+    look({});
+    return out;
+  };
+  const QStringList open_before = open_rows();
+  EXPECT_TRUE(open_before.contains("Library"));
+  EXPECT_FALSE(open_before.contains("Solids"));
   key(Qt::Key_F, Qt::ControlModifier);
   auto* search = widget<QLineEdit>("navigator_search");
   EXPECT_TRUE(search->hasFocus());
@@ -537,6 +554,10 @@ TEST_F(DesktopTest, SearchKeepsRowsWithAllWordsAndKinds) {
   ASSERT_TRUE(until([&] { return m->rowCount() == 1; }));
   EXPECT_EQ(m->index(0, 0).data().toString(), "Materials");
   EXPECT_EQ(m->index(0, 0, m->index(0, 0)).data().toString(), "left_over");
+  search->clear();
+  QTest::keyClick(search, Qt::Key_Return);
+  settle();
+  EXPECT_EQ(open_rows().join(", ").toStdString(), open_before.join(", ").toStdString());
 }
 
 TEST_F(DesktopTest, TenThousandRowsAreLoadedInPages) {

@@ -14,12 +14,12 @@
 #include <QMouseEvent>
 #include <QPainter>
 #include <QSignalBlocker>
-#include <QSortFilterProxyModel>
 #include <QToolButton>
 #include <QTreeView>
 #include <QVBoxLayout>
 
 #include "viewer/desktop/row_delegate.h"
+#include "viewer/desktop/row_filter.h"
 #include "viewer/desktop/status_line.h"
 #include "viewer/desktop/values.h"
 #include "viewer/theme/icons.h"
@@ -30,39 +30,6 @@ namespace {
 
 constexpr int kSearchAfterMs = 120;
 constexpr int kMemoryAfterMs = 1000;
-
-/// Rows whose name has all words; "kind:robot" keeps rows of a kind.
-class RowFilter : public QSortFilterProxyModel {
- public:
-  explicit RowFilter(QObject* parent) : QSortFilterProxyModel(parent) {
-    setRecursiveFilteringEnabled(true);
-    setAutoAcceptChildRows(true);
-  }
-  void set_words(const QStringList& words) {
-    words_ = words;
-    invalidateFilter();
-  }
-  void set_kinds(const QStringList& kinds) {
-    kinds_ = kinds;
-    invalidateFilter();
-  }
-
- protected:
-  bool filterAcceptsRow(int row, const QModelIndex& parent) const override {
-    if (words_.isEmpty() && kinds_.isEmpty()) return true;
-    const QModelIndex index = sourceModel()->index(row, 0, parent);
-    const QString name = index.data(Qt::DisplayRole).toString();
-    const QString kind = index.data(NavigatorModel::kKind).toString();
-    if (!kinds_.isEmpty() && !kinds_.contains(kind)) return false;
-    return std::all_of(words_.begin(), words_.end(), [&](const QString& word) {
-      if (word.startsWith("kind:")) return kind.startsWith(word.mid(5), Qt::CaseInsensitive);
-      return name.contains(word, Qt::CaseInsensitive);
-    });
-  }
-
- private:
-  QStringList words_, kinds_;
-};
 
 /// The tree; its rows get the accent at their left edge when selected.
 class RowTree : public QTreeView {
@@ -138,7 +105,7 @@ Navigator::Navigator(Desk& desk, QWidget* parent)
     : QWidget(parent),
       desk_(desk),
       model_(new NavigatorModel(desk, this)),
-      filter_(new RowFilter(this)),
+      filter_(new RowFilter(NavigatorModel::kKind, this)),
       search_(new QLineEdit),
       tree_(new RowTree),
       kinds_(new QToolButton),
@@ -309,8 +276,30 @@ void Navigator::ask_memory() {
 void Navigator::search(const QString& text) {
   const QStringList words = text.simplified().split(' ', Qt::SkipEmptyParts);
   if (!words.isEmpty()) model_->load_all();
-  static_cast<RowFilter*>(filter_)->set_words(words);
-  if (!words.isEmpty()) tree_->expandAll();
+  change_filter([&] { filter_->set_words(words); });
+}
+
+void Navigator::change_filter(const std::function<void()>& change) {
+  const bool was_active = filter_->is_active();
+  if (!was_active) keep_open_rows({});
+  change();
+  if (filter_->is_active()) return tree_->expandAll();
+  if (was_active) {
+    tree_->collapseAll();
+    for (const QPersistentModelIndex& row : open_before_)
+      if (row.isValid()) tree_->expand(filter_->mapFromSource(row));
+    show_selection();
+  }
+  open_before_.clear();
+}
+
+void Navigator::keep_open_rows(const QModelIndex& parent) {
+  for (int i = 0; i < filter_->rowCount(parent); ++i) {
+    const QModelIndex row = filter_->index(i, 0, parent);
+    if (!tree_->isExpanded(row)) continue;
+    open_before_.append(QPersistentModelIndex(filter_->mapToSource(row)));
+    keep_open_rows(row);
+  }
 }
 
 void Navigator::make_kinds_menu() {
@@ -376,7 +365,7 @@ void Navigator::open_library() {
 
 void Navigator::show_kinds(const QStringList& kinds) {
   if (!kinds.isEmpty()) model_->load_all();
-  static_cast<RowFilter*>(filter_)->set_kinds(kinds);
+  filter_->set_kinds(kinds);
   if (!kinds.isEmpty()) tree_->expandAll();
   kinds_->setIcon(icon(kinds.isEmpty() ? "filter" : "close"));
   kinds_->setToolTip(kinds.isEmpty() ? QString("Show rows of some kinds only")

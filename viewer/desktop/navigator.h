@@ -15,11 +15,12 @@
 class QLabel;
 class QLineEdit;
 class QMenu;
-class QSortFilterProxyModel;
 class QToolButton;
 class QTreeView;
 
 namespace robomosp::viewer {
+
+class RowFilter;
 
 /// [GUI thread]
 class Navigator : public QWidget {
@@ -62,6 +63,9 @@ class Navigator : public QWidget {
   void show_selection();
   void show_hovered(bool is_elsewhere);
   void search(const QString& text);
+  /// Opens all rows that a filter keeps, and after the last filter those that were open before.
+  void change_filter(const std::function<void()>& change);
+  void keep_open_rows(const QModelIndex& parent);
   void open_row(const QModelIndex& index);
   void apply_theme();
   void make_kinds_menu();
@@ -70,7 +74,7 @@ class Navigator : public QWidget {
 
   Desk& desk_;
   NavigatorModel* model_;
-  QSortFilterProxyModel* filter_;
+  RowFilter* filter_;
   QLineEdit* search_;
   QTreeView* tree_;
   QToolButton* kinds_;
@@ -78,6 +82,7 @@ class Navigator : public QWidget {
   QLabel* memory_;
   QTimer search_timer_, memory_timer_;
   std::optional<Handle> to_open_;
+  QList<QPersistentModelIndex> open_before_;  ///< of the model, before a filter
   bool is_selecting_ = false, is_revealing_ = false;
   int themed_ = theme_revision();  ///< the theme that it shows
 };
