@@ -198,8 +198,9 @@ TEST_F(ViewsTest, TheMethodOfDrawingDoesNotShow) {
     ASSERT_EQ(a.size(), b.size()) << what;
     EXPECT_LT(difference(a, b), 0.01) << what;
     // Names and lines lie over four views.
-    if (!display->has_four_view())
+    if (!display->has_four_view()) {
       EXPECT_LT(difference(display->grab().toImage(), a), 0.01) << what;
+    }
   };
   compare("one view");
   for (const Stereo mode : {Stereo::anaglyph, Stereo::side_by_side, Stereo::interlaced}) {
