@@ -89,11 +89,12 @@ constexpr void fields(V& v, Of<PlacedFrame>) {
 }
 
 enum class LightKind : std::uint8_t {
-  sun,    ///< parallel light along -z of its frame
-  point,  ///< from its origin in all directions
-  spot,   ///< from its origin along -z of its frame, within `angle` of it
+  sun,     ///< parallel light along -z of its frame
+  point,   ///< from its origin in all directions
+  spot,    ///< from its origin along -z of its frame, within `angle` of it
+  ambient  ///< from all sides, in place of the studio's; its placement has no effect
 };
-inline constexpr std::array<std::string_view, 3> kLightWords{"sun", "point", "spot"};
+inline constexpr std::array<std::string_view, 4> kLightWords{"sun", "point", "spot", "ambient"};
 constexpr std::span<const std::string_view> words(Of<LightKind>) { return kLightWords; }
 
 struct PlacedLight {
@@ -109,12 +110,13 @@ constexpr void fields(V& v, Of<PlacedLight>) {
   v("name", &PlacedLight::name).needed().doc("Unique in the world.");
   v("kind", &PlacedLight::kind)
       .always_written()
-      .doc("Parallel light, light from a point in all directions, or a spot.");
+      .doc(
+          "Parallel light, light from a point in all directions, a spot, or light from all sides.");
   v("placement", &PlacedLight::placement).flat().doc("Its frame in the world's.");
   v("colour", &PlacedLight::colour).doc("Colour in sRGB; the opacity is ignored.");
   v("intensity", &PlacedLight::intensity)
       .at_least(0)
-      .doc("1 is as bright as the program's own light.");
+      .doc("1 is as bright as the program's own light of that kind.");
   v("angle", &PlacedLight::angle).unit("rad").above(0).doc("Half the opening angle of a spot.");
 }
 

@@ -16,6 +16,7 @@ render::Light lamp_of(const model::PlacedLight& l) {
     case model::LightKind::sun: out.kind = render::Light::Kind::sun; break;
     case model::LightKind::point: out.kind = render::Light::Kind::point; break;
     case model::LightKind::spot: out.kind = render::Light::Kind::spot; break;
+    case model::LightKind::ambient: out.kind = render::Light::Kind::ambient; break;
   }
   out.pose = model::pose(l.placement);
   out.colour = l.colour;

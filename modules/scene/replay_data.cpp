@@ -155,7 +155,7 @@ std::string colour(const Colour& c, std::size_t count) {
 }
 
 std::string light(const render::Light& l) {
-  constexpr const char* kKinds[] = {"sun", "point", "spot"};
+  constexpr const char* kKinds[] = {"sun", "point", "spot", "ambient"};
   return json::object({{"kind", json::text(kKinds[static_cast<std::size_t>(l.kind)])},
                        {"pose", json::numbers(numbers_of(l.pose))},
                        {"colour", colour(l.colour, 3)},

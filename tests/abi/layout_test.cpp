@@ -377,6 +377,7 @@ void picture_types(std::ostream& out) {
   VALUE(Light::Kind::sun);
   VALUE(Light::Kind::point);
   VALUE(Light::Kind::spot);
+  VALUE(Light::Kind::ambient);
   TYPE(Scene);
   F6(Scene, items, lines, triads, marks, labels, legends);
   F2(Scene, lights, struct_size);

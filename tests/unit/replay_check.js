@@ -79,6 +79,12 @@ expect('a spot that looks down shines along -z, within its angle', (() => {
     near(lamp.axis[3], 0.5, 1e-12) && JSON.stringify(lamp.colour) === '[2,0,0]';
 })());
 expect('a scene without lights has one lamp', run('lampsOf([]).length') === 1);
+expect('ambient light is the light of the sky, and no lamp', (() => {
+  const ambient = "{kind: 'ambient', pose: [0, 0, 0, 1, 0, 0, 0], colour: [1, 0, 1], intensity: 0.3}";
+  return run(`lampsOf([${ambient}]).length`) === 1 &&
+    JSON.stringify(run(`surroundingsOf([${ambient}, ${ambient}])`)) === '[0.6,0,0.6]' &&
+    JSON.stringify(run('surroundingsOf([])')) === '[1,1,1]';
+})());
 expect('the whole box is in the first picture', run(`(() => {
   const box = boxOfReplay(header, data);
   const m = new OrbitCamera(header.camera, box).matrix(4 / 3);

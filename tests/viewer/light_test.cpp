@@ -197,6 +197,36 @@ TEST(Lights, ASpotLightsWithinItsAngle) {
   EXPECT_NEAR(up.at({0.3, 0.1, 0}).brightness(), t.at({0.62, 0.1, 0}).brightness(), 6);
 }
 
+TEST(Lights, AmbientLightIsThatOfTheSurroundings) {
+  const Vec3 under_cube{-0.2, 0, 0};
+  const Light above = lamp(Light::Kind::point, {0.8, 0, 1});
+  const auto with = [&](double intensity, Colour colour) {
+    Light ambient = lamp(Light::Kind::ambient, {});
+    ambient.intensity = intensity;
+    ambient.colour = colour;
+    return floor_frame({above, ambient});
+  };
+  for (const Quality quality : {Quality::fast, Quality::quality}) {
+    const Rgb none = taken(with(0, {1, 1, 1, 1}), quality).at(under_cube);
+    const Rgb half = taken(with(0.5, {1, 1, 1, 1}), quality).at(under_cube);
+    const Rgb full = taken(with(1, {1, 1, 1, 1}), quality).at(under_cube);
+    EXPECT_LT(none.brightness(), 12);
+    EXPECT_GT(full.brightness(), half.brightness() + 15);
+    // Beside lights, the studio gives half of its light.
+    const Rgb usual = taken(floor_frame({above}), quality).at(under_cube);
+    EXPECT_NEAR(usual.brightness(), half.brightness(), 2);
+    const Rgb red = taken(with(1, {1, 0.1F, 0.1F, 1}), quality).at(under_cube);
+    EXPECT_GT(red.r, red.b + 40);
+  }
+  // Alone it leaves the renderer's own lamp; what is lit by it is darker without surroundings.
+  Light ambient = lamp(Light::Kind::ambient, {});
+  EXPECT_EQ(taken(floor_frame({ambient})).image.rgb, taken(floor_frame({})).image.rgb);
+  ambient.intensity = 0;
+  const Taken dark = taken(floor_frame({ambient}));
+  EXPECT_GT(dark.at({0.4, 0, 0}).brightness(), 60);
+  EXPECT_LT(dark.at({0.4, 0, 0}).brightness(), taken(floor_frame({})).at({0.4, 0, 0}).brightness());
+}
+
 TEST(Lights, WithoutAnyTheRenderersOwnStays) {
   Frame frame = floor_frame({});
   auto r = renderer_for(frame);

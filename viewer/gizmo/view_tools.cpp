@@ -311,7 +311,7 @@ void ViewTools::place_lights() {
       const render::Light& light = shape->lights.front().what;
       mark.at = *at;
       mark.is_sun = light.kind == render::Light::Kind::sun;
-      if (light.kind != render::Light::Kind::point) {
+      if (light.kind == render::Light::Kind::sun || light.kind == render::Light::Kind::spot) {
         const double length = theme().px(kLightAhead) * camera.metres_per_pixel(pose.p);
         mark.ahead = camera.project(pose.p - length * rotate(pose, {0, 0, 1}));
       }

@@ -175,7 +175,7 @@ void Hud::place(const OrbitCamera& camera, const std::vector<Label>& labels, dou
   // Lit from over the viewer's left shoulder, from wherever one looks.
   const Vec3 lamp = z + 0.6 * y + (-0.4) * x;
   const Lamp own = own_lamp((1 / norm(lamp)) * lamp);
-  set_lamps(arrows_->getStateSet(), {&own, 1}, 1);
+  set_lamps(arrows_->getStateSet(), {&own, 1});
 
   for (std::size_t i = 0; i < 3; ++i) {
     const double reach = length + 11 * scale;

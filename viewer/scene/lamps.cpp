@@ -15,6 +15,8 @@ constexpr float kOwn = 0.86F;
 constexpr std::array<float, 3> kOwnColour{1.02F * kOwn, 0.985F * kOwn, 0.93F * kOwn};
 // Seen radius of a lamp [rad]; larger than the sun's, as a softbox in a studio.
 constexpr double kLampRadius = 0.0264;
+// Share of the studio's sky and floor beside lights of a scene, none of which is ambient.
+constexpr float kSurroundings = 0.5F;
 
 float brightness(const Lamp& l) { return std::max({l.colour[0], l.colour[1], l.colour[2]}); }
 
@@ -44,7 +46,8 @@ Lamp own_lamp(const Vec3& towards) {
 std::vector<Lamp> lamps_of(const std::vector<render::Light>& lights) {
   std::vector<Lamp> out;
   for (const render::Light& light : lights) {
-    if (!is_finite(light.pose) || !std::isfinite(light.intensity) || !(light.intensity > 0))
+    if (light.kind == render::Light::Kind::ambient || !is_finite(light.pose) ||
+        !std::isfinite(light.intensity) || !(light.intensity > 0))
       continue;
     Lamp l;
     const Vec3 z = rotate(light.pose, {0, 0, 1});
@@ -63,6 +66,20 @@ std::vector<Lamp> lamps_of(const std::vector<render::Light>& lights) {
   return out;
 }
 
+osg::Vec3f surroundings_of(const std::vector<render::Light>& lights) {
+  osg::Vec3f sum;
+  bool has_ambient = false;
+  for (const render::Light& light : lights) {
+    if (light.kind != render::Light::Kind::ambient || !std::isfinite(light.intensity)) continue;
+    has_ambient = true;
+    const osg::Vec4f c = linear_of(light.colour);
+    sum += osg::Vec3f(c[0], c[1], c[2]) * static_cast<float>(std::max(0.0, light.intensity));
+  }
+  if (has_ambient) return sum;
+  const float share = lamps_of(lights).empty() ? 1 : kSurroundings;
+  return {share, share, share};
+}
+
 Lamp moved(const Lamp& lamp, const Vec3& middle, const std::array<double, 2>& disk) {
   const Vec3 way = lamp.is_parallel ? lamp.place : lamp.place - middle;
   const double distance = norm(way);
@@ -78,7 +95,7 @@ Lamp moved(const Lamp& lamp, const Vec3& middle, const std::array<double, 2>& di
   return out;
 }
 
-void set_lamps(osg::StateSet* state, std::span<const Lamp> lamps, double surroundings) {
+void set_lamps(osg::StateSet* state, std::span<const Lamp> lamps, const osg::Vec3f& surroundings) {
   const auto count = std::min(lamps.size(), kMostLamps);
   osg::Uniform& place = array_of(state, "lamp_place", osg::Uniform::FLOAT_VEC4);
   osg::Uniform& axis = array_of(state, "lamp_axis", osg::Uniform::FLOAT_VEC4);
@@ -91,7 +108,7 @@ void set_lamps(osg::StateSet* state, std::span<const Lamp> lamps, double surroun
     colour.setElement(k, osg::Vec3f(l.colour[0], l.colour[1], l.colour[2]));
   }
   set_uniform(state, "lamp_count", static_cast<int>(count));
-  set_uniform(state, "surroundings", static_cast<float>(surroundings));
+  set_uniform(state, "surroundings", surroundings);
 }
 
 }  // namespace robomosp::viewer

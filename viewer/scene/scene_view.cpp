@@ -134,6 +134,7 @@ void SceneView::Impl::sync_look(const Frame& frame) {
   look = frame;
   labels = frame.labels;
   lights = lamps_of(frame.lights);
+  surroundings = surroundings_of(frame.lights);
   plane.reset();
   if (look.section) {
     const Section& section = *look.section;

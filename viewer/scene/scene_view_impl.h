@@ -60,8 +60,6 @@ constexpr osg::StateAttribute::GLMode kSectionMode = GL_CLIP_PLANE0;  // = GL_CL
 
 // Direction to the lamp: above the left shoulder in the isometric view.
 constexpr Vec3 kLamp{-0.20, -0.80, 1.02};
-// Intensity of the studio's sky and floor if the scene defines lights.
-constexpr double kSurroundings = 0.5;
 constexpr float kOpaque = 0.999F;
 
 /// Coordinates outside of a shadow map everywhere: no shadow.
@@ -275,6 +273,7 @@ struct SceneView::Impl {
   std::optional<Plane> plane;
   std::vector<render::Label> labels;
   std::vector<Lamp> lights;  // of the frame, the brightest first
+  osg::Vec3f surroundings{1, 1, 1};
   std::size_t builds = 0;
   std::unordered_map<std::uint64_t, ItemNode> items;
   std::unordered_map<std::uint64_t, LineNode> lines;

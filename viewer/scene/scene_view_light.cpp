@@ -66,8 +66,8 @@ void SceneView::Impl::aim_lights(const Pass& pass) {
     for (const char* name : {"sky_direction", "sky_direction_2"})
       set_uniform(state, name, vec_of(camera.backward()));
     const Lamp lamp_at_eye = own_lamp(camera.backward());
-    set_lamps(state, {&lamp_at_eye, 1}, 1);
-    set_lamps(frames->getOrCreateStateSet(), {&lamp_at_eye, 1}, 1);
+    set_lamps(state, {&lamp_at_eye, 1});
+    set_lamps(frames->getOrCreateStateSet(), {&lamp_at_eye, 1});
     set_uniform(state, "lamp_texel", osg::Vec2f(0, 0));
     for (const char* name : {"sky_texel", "sky_texel_2"})
       set_uniform(state, name, osg::Vec2f(0, 0));
@@ -94,13 +94,12 @@ void SceneView::Impl::aim_lights(const Pass& pass) {
   const Lamp own = moved(own_lamp(unit(kLamp)), {}, pass.samples[0].lamp);
   std::vector<Lamp> shining{own};
   if (!lights.empty()) shining = lights_of(pass);
-  const double share = lights.empty() ? 1 : kSurroundings;
-  set_lamps(s, shining, share);
+  set_lamps(s, shining, surroundings);
   // The floor is its own colour under the lamp of the renderer.
   set_uniform(s, "floor_lamp", static_cast<float>(lights.empty() ? own.place[2] : unit(kLamp)[2]));
   // Frames keep their colours: no light of the scene tints them.
   osg::StateSet* f = frames->getOrCreateStateSet();
-  set_lamps(f, {&own, 1}, 1);
+  set_lamps(f, {&own, 1});
   for (const char* map : {"lamp_map", "lamp_map_2"}) {
     if (lights.empty()) f->removeUniform(map);
     else set_uniform(f, map, nowhere());

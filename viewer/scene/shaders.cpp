@@ -11,7 +11,7 @@ uniform int lamp_count;
 uniform vec4 lamp_place[8];   // place, w = 1; or direction towards the lamp, w = 0
 uniform vec4 lamp_axis[8];    // where a spot shines; w = cosine of half its opening, -2 = all sides
 uniform vec3 lamp_colour[8];
-uniform float surroundings;   // share of the light of the studio's sky and floor
+uniform vec3 surroundings;    // share of the light of the studio's sky and floor
 uniform float dark;           // 1 = a studio with dark floor and wall
 uniform vec3 sky_direction;
 uniform mat4 lamp_map, sky_map;             // world to texture coordinates and depth 0..1

@@ -237,8 +237,9 @@ RMP_COMMANDS(world_task_commands) {
       frame_params(), made, add_frame, true);
   add("world.add_light", "Adds a light to a world.",
       "A sun and a spot shine along -z of their frame, with the same brightness at any distance. "
-      "The lights of a world replace the renderer's own lamp in its pictures, under a weaker sky; "
-      "without lights that lamp is used.",
+      "They and point lights replace the renderer's own lamp in pictures of the world, under a "
+      "weaker sky; without them that lamp is used. Ambient light comes from all sides, and replaces "
+      "the light of the studio's sky and floor: intensity 1 is as bright, 0 leaves none.",
       with_cell("cell:add_light{name = \"lamp\", kind = \"spot\", position = {0, 0, 2}, angle = "
                 "\"30 deg\"}\nassert(cell:lights()[1].kind == \"spot\")"),
       light_params(), made, add_light, true);

@@ -11,9 +11,10 @@ const kMostLights = 8, kSurroundings = 0.5;
 /// the direction towards the lamp, w = 0; `axis` is where a spot shines, w the cosine of half its
 /// opening, -2 = to all sides.
 function lampsOf(lights) {
-  if (!lights || !lights.length)
+  const placed = (lights || []).filter(({kind}) => kind !== 'ambient');
+  if (!placed.length)
     return [{at: [...kLight, 0], axis: [0, 0, -1, -2], colour: [1, 1, 1]}];
-  const lamps = lights.map(({kind, pose, colour, intensity, angle}) => {
+  const lamps = placed.map(({kind, pose, colour, intensity, angle}) => {
     const m = matrixOfPose(pose);
     return {
       at: kind === 'sun' ? [m[8], m[9], m[10], 0] : [m[12], m[13], m[14], 1],
@@ -24,9 +25,19 @@ function lampsOf(lights) {
   return lamps.sort((a, b) => brightness(b) - brightness(a)).slice(0, kMostLights);
 }
 
+/// The share of the sky that the lights of a header leave: its ambient lights together.
+function surroundingsOf(lights) {
+  const ambient = (lights || []).filter(({kind}) => kind === 'ambient');
+  const share = lights && lights.length ? kSurroundings : 1;
+  if (!ambient.length) return [share, share, share];
+  return [0, 1, 2].map((i) => ambient.reduce(
+    (sum, {colour, intensity}) => sum + intensity * Math.pow(colour[i], 2.2), 0));
+}
+
 // The lamps in the shaders, and what of lamp i comes to a place: direction towards it, share.
 const kLamps = `
-uniform float u_count, u_surroundings;
+uniform float u_count;
+uniform vec3 u_surroundings;
 uniform vec4 u_at[8], u_axis[8];
 uniform vec3 u_lamp[8];
 vec4 lamp_from(int i, vec3 p) {
@@ -111,7 +122,7 @@ void main() {
   float line = max(0.22 * lines(u_cell), 0.40 * lines(5.0 * u_cell));
   vec3 floor_colour = mix(vec3(0.80, 0.82, 0.845), vec3(0.50, 0.54, 0.60), line);
   // Its colour is the one under the page's own lamp.
-  vec3 light = vec3(0.45 * u_surroundings);
+  vec3 light = 0.45 * u_surroundings;
   for (int i = 0; i < 8; ++i) {
     if (float(i) >= u_count) break;
     vec4 from = lamp_from(i, v_place);
@@ -234,7 +245,7 @@ class Renderer {
     this.data = data;
     this.box = box;
     this.lamps = lampsOf(header.lights);
-    this.surroundings = header.lights && header.lights.length ? kSurroundings : 1;
+    this.surroundings = surroundingsOf(header.lights);
     for (const thing of this.own) this.free(thing);
     const before = this.uploaded;
     this.uploaded = new Map();

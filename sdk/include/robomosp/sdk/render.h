@@ -91,9 +91,10 @@ struct Legend {
 /// A lamp of the scene.
 struct Light {
   enum class Kind : std::int32_t {
-    sun,    ///< parallel light along -z of its frame
-    point,  ///< from its origin to all sides
-    spot    ///< from its origin along -z of its frame, within `angle` of it
+    sun,     ///< parallel light along -z of its frame
+    point,   ///< from its origin to all sides
+    spot,    ///< from its origin along -z of its frame, within `angle` of it
+    ambient  ///< from all sides; 1 = as bright as the renderer's own surroundings
   };
   Kind kind = Kind::point;
   Pose pose;             ///< world_T_light
