@@ -429,6 +429,12 @@ void Navigator::open_parts_of(const Handle& record) {
 void Navigator::rename_selected() {
   const QModelIndex current = tree_->currentIndex();
   if (!current.isValid()) return;
+  if (!current.flags().testFlag(Qt::ItemIsEditable)) {
+    desk_.failed(error(ErrorCode::unsupported,
+                       "\"" + utf8(current.data().toString()) + "\" has no name to change",
+                       "Select a record or a part with a name."));
+    return;
+  }
   tree_->setFocus();
   tree_->edit(current);
 }
