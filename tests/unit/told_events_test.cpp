@@ -288,6 +288,16 @@ TEST_F(ToldEvents, ProvidersThatComeGoOrBecomeTheDefaultAreTold) {
                                              "disabled told", "withdrawn told"}));
 }
 
+TEST_F(ToldEvents, AnEndedSubscriptionIsForgotten) {
+  const auto token = listen("change");
+  call("event.unsubscribe", {{"subscription", token}});
+  for (const char* command : {"event.take", "event.unsubscribe"}) {
+    const auto again = app().dispatch(session_, command, {{"subscription", token}});
+    ASSERT_FALSE(again.ok()) << command;
+    EXPECT_EQ(again.error().code, ErrorCode::unknown_name);
+  }
+}
+
 TEST_F(ToldEvents, ProvidersThatChangedWhileNobodyListenedAreNotTold) {
   const auto first = listen("provider");
   call("event.unsubscribe", {{"subscription", first}});

@@ -120,6 +120,7 @@ class Application {
   /// Ends the subscription with the session.
   void keep_subscription(Session&, std::uint64_t token);
   [[nodiscard]] bool has_subscription(Session&, std::uint64_t token);
+  void end_subscription(Session&, std::uint64_t token);
   /// Sessions that have run a command, in the order of their numbers; at least the last 1,000
   /// closed ones.
   [[nodiscard]] std::vector<SessionInfo> sessions() const;

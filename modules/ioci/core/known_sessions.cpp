@@ -71,6 +71,12 @@ bool Application::has_subscription(Session& session, std::uint64_t token) {
   return std::find(own.begin(), own.end(), token) != own.end();
 }
 
+void Application::end_subscription(Session& session, std::uint64_t token) {
+  const AppLock::Hold hold(lock, "end_subscription");
+  std::erase(sessions_[author(session).session].subscriptions, token);
+  events.unsubscribe(token);
+}
+
 void Application::end_orphaned_subscriptions() {
   for (auto it = subscribed_.begin(); it != subscribed_.end();) {
     KnownSession& s = sessions_[*it];

@@ -82,7 +82,7 @@ Result<Value> take(CommandContext& ctx, const Map& args) {
 
 Result<Value> unsubscribe(CommandContext& ctx, const Map& args) {
   RMP_TRY_ASSIGN(const std::uint64_t token, own_subscription(ctx, args));
-  ctx.app.events.unsubscribe(token);
+  ctx.app.end_subscription(ctx.session, token);
   return Value();
 }
 
