@@ -442,6 +442,74 @@ TEST(Documentation, ScriptsAndExamplesThatPagesNameAreThere) {
   EXPECT_GT(count, 20U);
 }
 
+/// The text of all files below a folder with one of these names or endings.
+std::string texts_below(const fs::path& folder, const std::vector<std::string>& endings) {
+  std::string all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (std::none_of(endings.begin(), endings.end(),
+                     [&](const std::string& ending) { return name.ends_with(ending); }))
+      continue;
+    std::ifstream in(entry.path());
+    all.append(std::istreambuf_iterator<char>(in), {});
+    all += '\n';
+  }
+  return all;
+}
+
+TEST(Documentation, TestsAndFoldersThatPagesOfDevelopersNameAreThere) {
+  const fs::path root(ROBOMOSP_SOURCE_DIR);
+  const std::string sources = texts_below(root / "tests", {"_test.cpp"});
+  const std::string programs = texts_below(root / "tests", {"CMakeLists.txt"});
+  const std::regex suites(R"(suites? `(\w+)`)"), test(R"(\w+_test)"), folder(R"([a-z_/]+/)");
+  std::size_t count = 0;
+  std::vector<fs::path> pages{root / "docs/architecture.md"};
+  for (const auto& entry : fs::directory_iterator(root / "docs/developer"))
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  for (const fs::path& page : pages) {
+    std::ifstream in(page);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    for (std::sregex_iterator it(text.begin(), text.end(), suites), end; it != end; ++it, ++count)
+      EXPECT_TRUE(std::regex_search(sources, std::regex("TEST(_F|_P)?\\(" + it->str(1) + ",")))
+          << page << " names the suite " << it->str(1);
+    for (const std::string& word : code_words_of(page)) {
+      // A program of tests, not one of its sources.
+      if (std::regex_match(word, test)) {
+        ++count;
+        const bool is_listed = std::regex_search(programs, std::regex("\\b" + word + "\\b(?!\\.)"));
+        // viewer_fields_test is made of tests/viewer/fields_test.cpp.
+        const bool is_of_window = word.starts_with("viewer_") &&
+                                  fs::exists(root / "tests/viewer" / (word.substr(7) + ".cpp"));
+        EXPECT_TRUE(is_listed || is_of_window) << page << " names " << word;
+      }
+      if (std::regex_match(word, folder) && word.find('/') + 1 < word.size()) {
+        ++count;
+        EXPECT_TRUE(fs::is_directory(root / word) || fs::is_directory(root / "modules" / word))
+            << page << " names " << word;
+      }
+    }
+  }
+  EXPECT_GT(count, 50U);
+}
+
+TEST(Documentation, EveryFolderOfSourcesIsInTheListOfTheArchitecture) {
+  const fs::path root(ROBOMOSP_SOURCE_DIR);
+  const std::vector<std::string> words = code_words_of(root / "docs/architecture.md");
+  const auto is_named = [&](const std::string& folder) {
+    return std::find(words.begin(), words.end(), folder) != words.end();
+  };
+  for (const char* above : {"modules", "modules/ioci", "viewer", "tests"})
+    for (const auto& entry : fs::directory_iterator(root / above)) {
+      const std::string name = entry.path().filename().string();
+      if (!entry.is_directory() || name.starts_with('.')) continue;
+      const std::string path = (fs::path(above) / name).string();
+      const std::string in_ioci = "ioci/" + name + "/";
+      EXPECT_TRUE(is_named(path + "/") || is_named(path) || is_named(in_ioci) ||
+                  (std::string(above) == "viewer" && is_named(name + "/")))
+          << path << " is not in docs/architecture.md";
+    }
+}
+
 TEST(Documentation, LinksAndPicturesLeadToFilesThatAreThere) {
   const fs::path root(ROBOMOSP_SOURCE_DIR);
   std::vector<fs::path> pages{root / "README.md"};
