@@ -285,13 +285,12 @@ Value steps_value(const document::Snapshot& snapshot, const model::Task& task) {
 }
 
 void set_members(Map& out, const document::Snapshot& snapshot, const model::World& w) {
-  constexpr const char* kLights[] = {"sun", "point", "spot"};
   out.set("frames", list_of(w.frames, [](const model::PlacedFrame& f) {
             return Map{{"name", f.name}, {"placement", placement_value(f.placement)}};
           }));
   out.set("lights", list_of(w.lights, [&](const model::PlacedLight& l) {
             return Map{{"name", l.name},
-                       {"kind", kLights[static_cast<std::size_t>(l.kind)]},
+                       {"kind", model::kLightWords[static_cast<std::size_t>(l.kind)]},
                        {"placement", placement_value(l.placement)},
                        {"colour", colour_value(l.colour)},
                        {"intensity", l.intensity},
@@ -308,7 +307,7 @@ void set_members(Map& out, const document::Snapshot& snapshot, const model::Worl
           }));
   out.set("signals", list_of(w.signals, [](const model::Signal& s) {
             return Map{{"name", s.name},
-                       {"kind", s.kind == model::SignalKind::digital ? "digital" : "analogue"},
+                       {"kind", model::kSignalWords[static_cast<std::size_t>(s.kind)]},
                        {"unit", s.unit},
                        {"initial", s.initial},
                        {"from", s.from},
