@@ -779,6 +779,7 @@ const PluginReport& PluginLoader::not_found(std::string_view name,
         "Check the name, or add its folder with --plugin-path or ROBOMOSP_PLUGIN_PATH.",
         "plugin.not_found");
   }
+  name_file(*report.refusal, name);
   return keep(std::move(report));
 }
 

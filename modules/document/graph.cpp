@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_set>
 #include <utility>
 
 #include "document/changed.h"
 #include "document/validate.h"
+#include "kernel/fault.h"
 #include "kernel/text.h"
 #include "model/data.h"
 
@@ -46,6 +48,46 @@ std::vector<AnyId> new_references(AnyId id, const Record& now, const Before& bef
   return come;
 }
 
+/// `kinds`: empty = any.
+bool allows(std::span<const Kind> kinds, Kind kind) {
+  return kinds.empty() || std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+/// Extends `path`, that of `p` of the field `field`, to "robots[2].robot", a reference that is
+/// refused; false = there is none within `p`. It nests as deep as types do.
+bool lead_to_bad_reference(const Snapshot& s, const model::Type& t, const void* p,
+                           const model::Field* field, std::string& path) {
+  using model::Shape;
+  if (!t.has_references) return false;
+  const std::size_t length = path.size();
+  const auto within = [&](const model::Type& inner, const void* at, const model::Field* of,
+                          const std::string& word) {
+    path += word;
+    if (lead_to_bad_reference(s, inner, at, of, path)) return true;
+    path.resize(length);
+    return false;
+  };
+  switch (t.shape) {
+    case Shape::reference: {
+      const AnyId id = t.id(p);
+      return id && (!s.find(id) || !allows(model::kinds_of(*field, t), id.kind));
+    }
+    case Shape::structure:
+      return std::any_of(t.fields.begin(), t.fields.end(), [&](const model::Field& f) {
+        return within(*f.type, f.in(p), &f, (length ? "." : "") + std::string(f.name));
+      });
+    case Shape::list:
+      for (std::size_t i = 0; i < t.length(p); ++i)
+        if (within(*t.element, t.at(p, i), field, "[" + std::to_string(i + 1) + "]")) return true;
+      return false;
+    case Shape::optional: {
+      const void* inner = t.held(p);
+      return inner && within(*t.element, inner, field, "");
+    }
+    default: return false;
+  }
+}
+
 }  // namespace
 
 std::vector<AnyId> references(const model::Body& body, const model::Body* before) {
@@ -65,8 +107,7 @@ Result<void> check_references(const Snapshot& s, const Record& record, const Rec
   std::optional<Error> fault;
   const auto look = [&](const model::HeldReference& r) {
     if (fault) return;
-    const bool is_allowed =
-        r.kinds.empty() || std::find(r.kinds.begin(), r.kinds.end(), r.id.kind) != r.kinds.end();
+    const bool is_allowed = allows(r.kinds, r.id.kind);
     if (!s.find(r.id)) {
       fault = error(ErrorCode::stale_handle,
                     quote(r.where) + " refers to " + std::string(to_string(r.id.kind)) + " #" +
@@ -82,6 +123,10 @@ Result<void> check_references(const Snapshot& s, const Record& record, const Rec
   model::for_each_held_reference(model::content(record.body), look,
                                  before ? model::content(before->body) : model::Content{});
   if (!fault) return {};
+  amend(*fault, [&](Fault& f) {
+    const model::Content all = model::content(record.body);
+    lead_to_bad_reference(s, *all.type, all.data, nullptr, f.subject.path);
+  });
   return std::move(*fault).in(std::string(to_string(record.kind())) + " " + quote(record.name));
 }
 

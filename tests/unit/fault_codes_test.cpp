@@ -35,6 +35,7 @@ struct FaultCase {
   const char* lua;
   /// Remedies that are offered, at least.
   std::size_t remedies = 0;
+  const char* path = nullptr;  ///< that it names, where that is of interest
 };
 
 constexpr const char* kArm =
@@ -119,10 +120,12 @@ const FaultCase kRecordCases[] = {
     {"record.duplicate_name",
      "return 'record.set', {id = arm, path = 'links[2].name', value = arm:links()[1].name}"},
     {"solid.failed",
-     "solid.create{name = 'empty', root = {kind = 'intersection', name = 'cut', children = {\n"
-     "  {kind = 'box', x = 0.1, y = 0.1, z = 0.1},\n"
-     "  {kind = 'box', x = 0.1, y = 0.1, z = 0.1, position = {1, 0, 0}}}}}\n"
-     "return 'fault.list', {record = 'empty'}"},
+     "solid.create{name = 'rounded', root = {kind = 'union', name = 'body', children = {\n"
+     "  {kind = 'box', name = 'foot', x = 0.1, y = 0.1, z = 0.1},\n"
+     "  {kind = 'fillet', name = 'round', radius = 0.2, children = {{kind = 'box', x = 0.1, y = "
+     "0.1, z = 0.1}}}}}}\n"
+     "return 'fault.list', {record = 'rounded'}",
+     0, "nodes.3"},
     {"robot.stuck_joint",
      "robot.create{name = 'stuck', links = {{a = 0.3, lower = 0.5, upper = 0.5}, {a = 0.2}}}\n"
      "return 'fault.list', {record = 'stuck'}",
@@ -358,7 +361,10 @@ class FaultCodesTest : public test::LuaProgramTest {
   /// The faults that a call ends with, or that its result lists.
   std::vector<Fault> look(const std::string& command, const Map& args) {
     const auto done = app().dispatch(session_, command, args);
+    samples_ = 0;
     if (!done.ok()) return faults_of(done.error());
+    if (const Value* n = done->as_map() ? done->as_map()->find("samples") : nullptr)
+      samples_ = static_cast<std::size_t>(n->number());
     std::vector<Fault> out;
     const Value* rows = done->as_map() ? done->as_map()->find("faults") : nullptr;
     if (!rows || !rows->as_list()) return out;
@@ -371,10 +377,56 @@ class FaultCodesTest : public test::LuaProgramTest {
     return out;
   }
 
+  /// The fault names what a window opens: by its area, a record, an argument, a file or a provider.
+  static void expect_subject(const Fault& f) {
+    const FaultSubject& s = f.subject;
+    const std::string_view area = std::string_view(f.code).substr(0, f.code.find('.'));
+    if (area == "argument") {
+      EXPECT_NE(s.command, "");
+      EXPECT_NE(s.argument, "");
+    } else if (area == "plugin") {
+      EXPECT_NE(s.provider + s.file, "");
+    } else if (area == "import") {
+      EXPECT_TRUE(s.record.number || !s.file.empty());
+    } else if (area != "error") {
+      EXPECT_NE(s.record.number, 0U);
+      EXPECT_NE(s.name, "");
+    }
+    if (area == "record" || area == "solid" || area == "robot") {
+      EXPECT_NE(s.path, "");
+    }
+    if (area == "provider") {
+      EXPECT_NE(s.provider, "");
+      EXPECT_NE(s.interface_id, "");
+    }
+  }
+  /// Rows, samples and times of the fault are there. `samples` is the number of those that the call
+  /// looked at, 0 = it has none.
+  static void expect_extent(const Fault& f, std::size_t samples) {
+    const FaultExtent& e = f.extent;
+    EXPECT_LE(e.first, e.last);
+    if (e.worst) {
+      EXPECT_GE(e.worst, e.first);
+      EXPECT_LE(e.worst, e.last);
+    }
+    std::vector<double> times;
+    for (const auto& t : {e.from, e.at, e.to})
+      if (t) times.push_back(*t);
+    EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
+    if (f.code.starts_with("trajectory.") && f.code != "trajectory.start") {
+      EXPECT_GE(e.first, 1U);
+      EXPECT_GE(e.worst, 1U);
+      EXPECT_LE(e.last, samples);
+      EXPECT_TRUE(e.from && e.at && e.to);
+    }
+  }
+
   /// What the fault names exists.
   void expect_open(const Fault& f) {
     ASSERT_NE(find_fault_code(f.code), nullptr) << f.code;
     EXPECT_FALSE(f.message.empty());
+    expect_subject(f);
+    expect_extent(f, samples_);
     const FaultSubject& s = f.subject;
     const auto now = app().document.now();
     if (s.record.kind == "recording") {
@@ -394,11 +446,6 @@ class FaultCodesTest : public test::LuaProgramTest {
       const bool is_known = std::any_of(spec->params.begin(), spec->params.end(),
                                         [&](const ParamSpec& p) { return p.name == root; });
       EXPECT_TRUE(root.empty() || is_known || f.code == "argument.unknown") << root;
-    }
-    EXPECT_LE(f.extent.first, f.extent.last);
-    if (f.extent.worst) {
-      EXPECT_GE(f.extent.worst, f.extent.first);
-      EXPECT_LE(f.extent.worst, f.extent.last);
     }
   }
   static void expect_line(const model::Record& record, const FaultSubject& s) {
@@ -459,7 +506,7 @@ class FaultCodesTest : public test::LuaProgramTest {
   }
 
   void expect_fault(const std::string& code, const std::string& command, const Map& args,
-                    std::size_t remedies) {
+                    std::size_t remedies, const char* path = nullptr) {
     const std::vector<Fault> all = look(command, args);
     const auto it =
         std::find_if(all.begin(), all.end(), [&](const Fault& f) { return f.code == code; });
@@ -471,9 +518,12 @@ class FaultCodesTest : public test::LuaProgramTest {
       SCOPED_TRACE(f.code + ": " + sentence(f));
       expect_open(f);
     }
-    SCOPED_TRACE(sentence(*it));
+    EXPECT_GE(it->remedies.size(), remedies) << sentence(*it);
+    if (path) {
+      EXPECT_EQ(it->subject.path, path);
+    }
     expect_picture(*it);
-    EXPECT_GE(it->remedies.size(), remedies);
+    SCOPED_TRACE(sentence(*it));
     expect_mended(command, args, *it);
   }
 
@@ -490,7 +540,7 @@ class FaultCodesTest : public test::LuaProgramTest {
     }
   }
   void expect_fault(const std::string& command, const FaultCase& c, const Map& args) {
-    expect_fault(c.code, command, args, c.remedies);
+    expect_fault(c.code, command, args, c.remedies, c.path);
   }
 
   /// Codes with a case, of all tests.
@@ -499,6 +549,7 @@ class FaultCodesTest : public test::LuaProgramTest {
     return all;
   }
   std::size_t mended_ = 0;
+  std::size_t samples_ = 0;  ///< of the last call of look()
   fs::path before_;
 };
 
@@ -529,12 +580,46 @@ TEST_F(FaultCodesTest, OfRecords) {
   ASSERT_TRUE(app().commands.add_plugged(std::move(spec)).ok());
   app().document.clear();
   run(kArm);
-  expect_fault("record.bad_reference", "fault.refer", {}, 0);
+  expect_fault("record.bad_reference", "fault.refer", {}, 0, "robots");
   EXPECT_GE(mended_, 2U);
 }
 TEST_F(FaultCodesTest, OfTrajectories) {
   expect_cases(kLift, kTrajectoryCases);
   EXPECT_GE(mended_, 2U);
+}
+
+// A fault spans the samples that have it, counted from 1; those are found here from the heights of
+// the path alone.
+TEST_F(FaultCodesTest, TrajectoryFaultsSpanTheSamplesAtFault) {
+  run(kLift);
+  run("line('up', 2)\nline('high', 0.95)\nbeam(0.86)");
+  const auto expect_rows = [&](const char* code, const char* trajectory, double above) {
+    const auto points = app().dispatch(session_, "trajectory.points", {{"id", trajectory}});
+    ASSERT_TRUE(points.ok()) << points.error().sentence();
+    const NumericArray& rows = *points->as_array();
+    std::size_t first = 0, last = 0;
+    for (std::size_t i = 0; i < rows.rows(); ++i)
+      if (rows[i * rows.cols() + 3] > above) {
+        if (first == 0) first = i + 1;
+        last = i + 1;
+      }
+    ASSERT_GT(first, 1U);
+    const std::vector<Fault> all =
+        look("world.check", {{"id", "cell"}, {"robot", "lift"}, {"trajectory", trajectory}});
+    EXPECT_EQ(samples_, rows.rows());
+    const auto it =
+        std::find_if(all.begin(), all.end(), [&](const Fault& f) { return f.code == code; });
+    ASSERT_NE(it, all.end());
+    EXPECT_EQ(it->extent.first, first);
+    EXPECT_EQ(it->extent.last, last);
+    EXPECT_EQ(it->extent.from, rows[(first - 1) * rows.cols()]);
+    EXPECT_EQ(it->extent.to, rows[(last - 1) * rows.cols()]);
+    EXPECT_EQ(it->extent.at, rows[(it->extent.worst - 1) * rows.cols()]);
+  };
+  // The joint ends at 1 m; the cube of 0.1 m reaches the lower side of the beam 0.1 m below its
+  // middle.
+  expect_rows("trajectory.unreachable", "up", 1);
+  expect_rows("trajectory.collision", "high", 0.76);
 }
 TEST_F(FaultCodesTest, OfRuns) {
   expect_cases(kUr5, kRunCases);

@@ -60,6 +60,18 @@ FaultRemedy set_remedy(AnyId id, std::string label, std::string path, Value valu
   return r;
 }
 
+/// Position of the node that an engine's sentence names, from 1: `node "bore"`, `node 3 ("bore")`,
+/// or `node 3 ("thread.ridge")` of the primitive "thread"; 0 = none.
+std::size_t node_in(std::string_view text, const model::Solid& solid) {
+  for (const std::string_view end : {"\"", "."})
+    for (std::size_t i = 0; i < solid.nodes.size(); ++i) {
+      const std::string name = "\"" + solid.nodes[i].name + std::string(end);
+      if (text.find("node " + name) != text.npos || text.find(" (" + name) != text.npos)
+        return i + 1;
+    }
+  return 0;
+}
+
 /// The time of a note "t = 1.5 s: ...".
 std::optional<double> time_in(std::string_view note) {
   constexpr std::string_view kBegin = "t = ";
@@ -190,11 +202,8 @@ Result<void> DocumentFaults::look_at_solid(AnyId id) {
   amend(e, [&](Fault& f) {
     f.code = "solid.failed";
     f.witness.scene = Application::handle(id);
-    // Engines name the node in their sentence.
-    const std::string text = e.sentence();
-    for (std::size_t i = 0; i < solid.nodes.size(); ++i)
-      if (text.find("node " + text::quote(solid.nodes[i].name)) != std::string::npos)
-        f.subject.path = "nodes[" + std::to_string(i + 1) + "]";
+    if (const std::size_t node = node_in(e.sentence(), solid))
+      f.subject.path = "nodes[" + std::to_string(node) + "]";
   });
   add(e, id);
   return {};
