@@ -142,6 +142,14 @@ const FaultCase kRecordCases[] = {
      "0}, parts = {{what = 'bar'}}}}}\n"
      "return 'fault.list', {record = 'designed'}",
      2},
+    {"robot.impossible_inertia",
+     "material.create{name = 'steel', density = 7850}\n"
+     "solid.create{name = 'foot', material = 'steel', root = {kind = 'box', x = 0.3, y = 0.3, z = "
+     "0.02}}\n"
+     "robot.create{name = 'footed', base_mass = {mass = 2, com = {0, 0, 0.1}, inertia = {0, 0.35, "
+     "0, 0, 0, 0}}, base_parts = {{what = 'foot'}}, links = {{a = 0.3}}}\n"
+     "return 'fault.list', {record = 'footed'}",
+     2},
 };
 
 const FaultCase kTrajectoryCases[] = {
@@ -310,6 +318,14 @@ const FaultCase kPluginCases[] = {
      "robot.create{name = 'own', ik = {name = 'numeric', params = {nonsense = 1}}, links = {{a = "
      "0.3}, {a = 0.2}}}\nreturn 'fault.list', {record = 'own'}",
      1},
+    {"provider.parameter",
+     "robot.create{name = 'own', ik = {name = 'numeric', params = {max_iterations = 0}}, links = "
+     "{{a = 0.3}, {a = 0.2}}}\nreturn 'fault.list', {record = 'own'}",
+     2},
+    {"provider.missing",
+     "robot.create{name = 'own', ik = 'numerc', links = {{a = 0.3}, {a = 0.2}}}\n"
+     "return 'fault.list', {record = 'own'}",
+     2},
     {"provider.failed",
      "robot.create{name = 'own', ik = 'unlicensed', links = {{a = 0.3}, {a = 0.2}}}\n"
      "return 'robot.solve_ik', {id = 'own', target = {0.3, 0.2, 0, 0, 0, 0}}"},
@@ -523,8 +539,10 @@ class FaultCodesTest : public test::LuaProgramTest {
       EXPECT_EQ(it->subject.path, path);
     }
     expect_picture(*it);
-    SCOPED_TRACE(sentence(*it));
-    expect_mended(command, args, *it);
+    for (const Fault& f : all) {
+      SCOPED_TRACE(f.code + ": " + sentence(f));
+      expect_mended(command, args, f);
+    }
   }
 
   void expect_cases(const char* prelude, std::span<const FaultCase> cases) {
