@@ -637,7 +637,7 @@ std::string with_article(std::string_view noun) {
   return (is_vowel ? "an " : "a ") + std::string(noun);
 }
 
-std::string of_words(const TypeTree& t) { return "`" + (t.of.empty() ? "id" : t.of) + "`"; }
+std::string of_words(const TypeTree& t) { return t.of.empty() ? "" : " of `" + t.of + "`"; }
 
 // ---- faults ----
 
@@ -839,13 +839,13 @@ std::string type_words(const TypeTree& t) {
     case TypeKind::member: {
       std::string noun(t.word);
       std::replace(noun.begin(), noun.end(), '_', ' ');
-      return "name of " + with_article(noun) + " of " + of_words(t);
+      return "name of " + with_article(noun) + of_words(t);
     }
     case TypeKind::provider: return text::join(t.words, " or ") + " provider";
     case TypeKind::joints:
       return (t.word.empty() || t.word == "position" ? std::string("joint values")
                                                      : "joint " + t.word) +
-             " of " + of_words(t);
+             of_words(t);
     case TypeKind::script: return t.word + " text";
     case TypeKind::named: return t.word;
     case TypeKind::vector:

@@ -85,17 +85,18 @@ struct TypeTree {
   std::string word;
   /// reference: kinds; provider: interfaces; path: patterns of files; vector: names of components.
   std::vector<std::string> words;
-  std::vector<WordInfo> choices;   ///< word; empty = those of the ParamSpec
-  std::string of;                  ///< member, joints: the argument or field with the owner; "" =
-                                   ///< id
-  std::string unit;                ///< real, vector, matrix: SI, if the text has a unit
-  std::size_t count = 0;           ///< vector: numbers; 0 = any count
-  std::size_t rows = 0, cols = 0;  ///< matrix; 0 = any count
-  bool is_name_only = false;       ///< provider: a name, without parameters
-  bool is_unchecked = false;       ///< `any<T>`: the command reads it, not the schema
-  std::shared_ptr<const TypeTree> element;               ///< list, map of one type; null = of any
-  Schema fields;                                         ///< map, table
-  std::string decided_by;                                ///< variant: the field that decides
+  std::vector<WordInfo> choices;  ///< word; empty = those of the ParamSpec
+  /// member, joints: the argument or field with the owner; "" = none is named: choices are then
+  /// those of `id`, or members of the program, such as commands.
+  std::string of;
+  std::string unit;                         ///< real, vector, matrix: SI, if the text has a unit
+  std::size_t count = 0;                    ///< vector: numbers; 0 = any count
+  std::size_t rows = 0, cols = 0;           ///< matrix; 0 = any count
+  bool is_name_only = false;                ///< provider: a name, without parameters
+  bool is_unchecked = false;                ///< `any<T>`: the command reads it, not the schema
+  std::shared_ptr<const TypeTree> element;  ///< list, map of one type; null = of any
+  Schema fields;                            ///< map, table
+  std::string decided_by;                   ///< variant: the field that decides
   std::vector<std::pair<std::string, Schema>> cases;     ///< variant: by the word of that field
   std::vector<std::shared_ptr<const TypeTree>> options;  ///< one_of
   TypeNotes notes;

@@ -141,8 +141,7 @@ Value type_value(const TypeTree& t) {
     }
     default: break;
   }
-  if (t.kind == TypeKind::member || t.kind == TypeKind::joints)
-    m.set("of", t.of.empty() ? "id" : t.of);
+  if (!t.of.empty()) m.set("of", t.of);
   if (t.element) m.set("element", type_value(*t.element));
   if (t.is_unchecked) m.set("read_by", "command");
   return m;
@@ -231,7 +230,7 @@ class JsonSchema {
       case TypeKind::vector: return with_unit(t, numbers(t.count));
       case TypeKind::joints: {
         Map m{{"anyOf", List{numbers(0), Map{{"type", "array"}, {"items", numbers(0)}}}}};
-        m.set("x-joints-of", t.of.empty() ? "id" : t.of);
+        if (!t.of.empty()) m.set("x-joints-of", t.of);
         return m;
       }
       case TypeKind::pose:
@@ -272,8 +271,11 @@ class JsonSchema {
         return Map{{"type", "string"}, {"x-record", text::join(t.words, "|")}};
       case TypeKind::handle: return Map{{"type", "string"}};
       case TypeKind::array: return Map{{"type", "array"}};
-      case TypeKind::member:
-        return Map{{"type", "string"}, {"x-member", t.word}, {"x-of", t.of.empty() ? "id" : t.of}};
+      case TypeKind::member: {
+        Map m{{"type", "string"}, {"x-member", t.word}};
+        if (!t.of.empty()) m.set("x-of", t.of);
+        return m;
+      }
       case TypeKind::provider: {
         const std::string interfaces = text::join(t.words, "|");
         if (t.is_name_only) return Map{{"type", "string"}, {"x-provider", interfaces}};

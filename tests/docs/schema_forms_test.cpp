@@ -435,6 +435,11 @@ TEST_F(SchemaChoices, FollowWhatTheOtherArgumentsName) {
   EXPECT_EQ(values("world.set_signal", "signal", "{id = \"cell\"}"), (Words{"go"}));
   EXPECT_EQ(values("program.from_trajectory", "robot", "{world = \"cell\"}"),
             (Words{"left", "right"}));
+  // The only robot of a world need not be named.
+  ASSERT_TRUE(program().dispatch(session_, "world.create", Map{{"name", "one"}}).ok());
+  ASSERT_TRUE(
+      program().dispatch(session_, "world.add_robot", Map{{"id", "one"}, {"robot", "two"}}).ok());
+  EXPECT_EQ(values("world.clearance", "q", "{id = \"one\"}"), (Words{"rest"}));
   // Nothing is given that decides: all there are.
   EXPECT_EQ(values("robot.fk", "q", "{}"), (Words{"home", "up", "rest"}));
 }
@@ -455,8 +460,7 @@ TEST_F(SchemaChoices, TheOwnersOfMembersAreArguments) {
           return std::any_of(c->params.begin(), c->params.end(),
                              [&](const ParamSpec& o) { return o.name == name; });
         };
-        EXPECT_TRUE(has(owner) || ((owner == "world" || owner == "robot") && has("id")))
-            << c->name << " " << p.name << ": " << p.type;
+        EXPECT_TRUE(has(owner)) << c->name << " " << p.name << ": " << p.type;
       }
 }
 

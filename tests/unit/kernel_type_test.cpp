@@ -380,6 +380,18 @@ TEST(ParamValue, DropsNothing) {
   EXPECT_EQ(*m.find("type"), Value("real"));
 }
 
+TEST(TypeTree, AnOwnerIsNamedOnlyIfTheTypeNamesIt) {
+  const auto words = [](const char* text) { return type_words(type_tree(text)); };
+  EXPECT_EQ(words("member:link of id"), "name of a link of `id`");
+  EXPECT_EQ(words("list<member:kind>"), "list of name of a kind");
+  EXPECT_EQ(words("joints(velocity) of robot"), "joint velocity of `robot`");
+  EXPECT_EQ(words("map<joints>"), "map of joint values");
+  EXPECT_EQ(literal(type_value(type_tree("member:command"))),
+            "{kind = \"member\", member = \"command\"}");
+  EXPECT_EQ(literal(type_value(type_tree("member:link of id"))),
+            "{kind = \"member\", member = \"link\", of = \"id\"}");
+}
+
 TEST(JsonSchema, SaysWhatItCan) {
   Schema s{param("id", "ref:robot", "The robot.", true), param("tip", "member:tip of id", "Where."),
            param("step", "type:kernel_type_test.step", "What."),

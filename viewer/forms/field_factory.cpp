@@ -123,7 +123,7 @@ Field* line_field(const FormContextPtr& c, const TypeTree& t, const ParamSpec& p
 void ask_joints(VectorField* field, const FormContextPtr& c, const TypeTree& t) {
   const Map given = c->given ? c->given() : Map();
   // A member of a world names its robot; elsewhere the argument `of` does.
-  const Value* id = given.find(t.of.empty() ? "id" : t.of);
+  const Value* id = t.of.empty() ? nullptr : given.find(t.of);
   if (!id && c->of.find("kind")) id = given.find("robot");
   if (!id) id = c->also_given.find("id");
   if (!id || !c->client) return;

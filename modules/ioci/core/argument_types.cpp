@@ -17,7 +17,7 @@ constexpr std::string_view kWordsType = "string or list<string>";
 constexpr ArgumentType kArgumentTypes[] = {
     // Joint space.
     {"q", "world.clearance world.collisions world.distances",
-     "joints of robot or member:pose of robot or map<joints or string>"},
+     "joints or member:pose or map<joints or string>"},
     {"q", "robot.rotation_vector",
      "joints of id or member:pose of id or matrix(3, 3) or matrix(4, 4)"},
     {"q", "world.simulate_dynamics", kOfWorldRobot},
@@ -41,7 +41,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"reference", "world.*", "ref:recording or joints of robot or member:pose of robot"},
     {"path", "world.check_path", "list<joints of robot or member:pose of robot>"},
     {"poses", "robot.create", "map<joints>"},
-    {"joints", "robot.close", "map<joints>"},
+    {"joints", "robot.close", "map<joints of id>"},
     {"values", "robot.joints_from_axes", "any<real[]>"},
     {"value", "robot.set_joint robot.add_joint", "real or real[]"},
     // Members of a robot.
@@ -51,6 +51,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"joint", "robot.*", "member:joint of id or int"},
     {"joint", "program.bind", "member:joint of robot"},
     {"tip", "world.*", "member:tip of robot"},
+    {"tip", "recording.torque_residual", "member:tip"},
     {"tip", "recording.*", "member:tip of robot"},
     {"tip", "*", "member:tip of id"},
     {"tool", "robot.set_payload robot.set_tool robot.tool", "member:tool of id"},
@@ -87,6 +88,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"path_robot", "world.*", "member:robot of id"},
     {"object", "world.*", "member:object of id"},
     {"member", "world.*", "member:member of id"},
+    {"signal", "world.*", "member:signal of id"},
     {"signal", "*", "member:signal of world"},
     {"task", "world.run_task", "member:task of id or list<member:task of id>"},
     {"task", "program.from_task", "any<member:task of world>"},

@@ -312,9 +312,10 @@ class Chooser {
     Owner out;
     if (depth > kDeepestOwner) return out;
     if (name.empty()) name = "id";
-    if (const auto [v, tree] = value_named(name); v) {
+    const auto [v, tree] = value_named(name);
+    if (v)
       if (const auto found = named_by(*v, *tree, kinds, depth)) return *found;
-    } else if (kinds == "robot" && name != "id") {
+    if (kinds == "robot" && (!v || name == "id")) {
       // The only robot of a world need not be named.
       if (const auto [world, of_world] = value_named("id"); world)
         if (const auto found = named_by(*world, *of_world, "world", depth);
@@ -322,7 +323,7 @@ class Chooser {
           if (const auto* w = std::get_if<model::World>(&found->records[0]->body))
             for (const model::PlacedRobot& p : w->robots) add_robot(p, out);
       if (!out.records.empty()) return out;
-    } else if (kinds == "world" && name == "world") {
+    } else if (!v && kinds == "world" && name == "world") {
       if (const auto [id, of_id] = value_named("id"); id)
         if (const auto found = named_by(*id, *of_id, kinds, depth)) return *found;
     }
