@@ -312,7 +312,17 @@ class TypeParser {
     for (const std::string_view each : text::split(details, '|')) {
       const auto colon = std::min(each.find(':'), each.size());
       WordInfo w;
-      w.word = text::trim(each.substr(0, colon));
+      std::string_view word = text::trim(each.substr(0, colon));
+      if (const auto quote = word.find('"'); quote != std::string_view::npos) {
+        std::string_view label = word.substr(quote + 1);
+        if (!label.ends_with('"')) return fault("the label of a word of the enum has no end");
+        label.remove_suffix(1);
+        if (text::trim(label).empty() || label.find('"') != std::string_view::npos)
+          return fault("the label of a word of the enum is empty or contains quotes");
+        w.label = label;
+        word = text::trim(word.substr(0, quote));
+      }
+      w.word = word;
       if (colon < each.size()) w.doc = text::trim(each.substr(colon + 1));
       if (w.word.empty()) return fault("a word of the enum is empty");
       for (const WordInfo& other : tree.choices)
@@ -605,6 +615,7 @@ void write_type(std::string& out, const TypeTree& t) {
       out += "(";
       for (std::size_t i = 0; i < t.choices.size(); ++i)
         out += (i ? " | " : "") + t.choices[i].word +
+               (t.choices[i].label.empty() ? "" : " \"" + t.choices[i].label + "\"") +
                (t.choices[i].doc.empty() ? "" : ": " + t.choices[i].doc);
       out += ")";
       break;
@@ -932,6 +943,25 @@ std::vector<WordInfo> words_of(const ParamSpec& p) {
   if (!t.choices.empty()) return t.choices;
   std::vector<WordInfo> out;
   for (const std::string& word : p.choices) out.push_back({word});
+  return out;
+}
+
+std::string word_label(const WordInfo& w) {
+  constexpr std::string_view kCapitals[] = {"ap203", "ap214", "ap242", "brep", "csv",
+                                            "dh",    "html",  "json",  "mdh",  "pdf",
+                                            "png",   "rpy",   "svg",   "xyz",  "zyz"};
+  constexpr std::string_view kUnits[] = {"cm", "deg", "ft", "in", "m", "mm", "rad"};
+  if (!w.label.empty()) return w.label;
+  if (is_among(kUnits, w.word)) return w.word;
+  std::string out;
+  for (const std::string_view part : text::split(w.word, '_')) {
+    if (!out.empty()) out += ' ';
+    const std::size_t at = out.size();
+    out += part;
+    const std::size_t capitals = is_among(kCapitals, part) ? part.size() : at == 0 ? 1U : 0U;
+    for (std::size_t i = at; i < std::min(out.size(), at + capitals); ++i)
+      if (out[i] >= 'a' && out[i] <= 'z') out[i] = static_cast<char>(out[i] - 'a' + 'A');
+  }
   return out;
 }
 

@@ -52,11 +52,15 @@ enum class TypeKind : std::uint8_t {
   named,       ///< a type that has a name (`type:step`), which may contain itself
 };
 
-/// A word of an enum as a form shows it.
+/// A word of an enum: `mdh "Modified DH": Craig's rows.`
 struct WordInfo {
-  std::string word;
-  std::string doc{};  ///< one sentence; may be empty
+  std::string word;     ///< the value
+  std::string doc{};    ///< one sentence; may be empty
+  std::string label{};  ///< as declared; may be empty, see word_label()
 };
+/// What a form shows instead of the word: the declared label, or one made of the word, such as
+/// "Best effort" of best_effort.
+[[nodiscard]] std::string word_label(const WordInfo&);
 
 /// Facts about a value beside its type, written behind it: `real [m] @step(0.01) @advanced`.
 struct TypeNotes {
@@ -150,7 +154,7 @@ class NamedType {
 void retype(Schema&, std::string_view name, std::string_view type);
 /// The notes of a parameter, with its own label and group.
 [[nodiscard]] TypeNotes notes_of(const ParamSpec&);
-/// Words of an enum with their descriptions, from the type or from the choices of the parameter.
+/// Words of an enum with labels and descriptions, from the type or the choices of the parameter.
 [[nodiscard]] std::vector<WordInfo> words_of(const ParamSpec&);
 /// "m" for a parameter with that unit, from the parameter or its type.
 [[nodiscard]] std::string unit_of(const ParamSpec&);

@@ -65,7 +65,7 @@ List strings(const std::vector<std::string>& words) {
 List choice_values(const std::vector<WordInfo>& words) {
   List out;
   for (const WordInfo& w : words) {
-    Map one{{"word", w.word}};
+    Map one{{"word", w.word}, {"label", word_label(w)}};
     if (!w.doc.empty()) one.set("doc", w.doc);
     out.emplace_back(std::move(one));
   }
@@ -129,7 +129,8 @@ Value type_value(const TypeTree& t) {
       m.set("decided_by", t.decided_by);
       List cases;
       for (const auto& [word, fields] : t.cases)
-        cases.emplace_back(Map{{"word", word}, {"fields", param_values(fields)}});
+        cases.emplace_back(
+            Map{{"word", word}, {"label", word_label({word})}, {"fields", param_values(fields)}});
       m.set("cases", std::move(cases));
       break;
     }
@@ -165,13 +166,9 @@ Map param_value(const ParamSpec& p, bool is_input) {
   const std::vector<WordInfo> words = words_of(p);
   if (!words.empty()) {
     List choices;
-    bool has_docs = false;
-    for (const WordInfo& w : words) {
-      choices.emplace_back(w.word);
-      has_docs = has_docs || !w.doc.empty();
-    }
+    for (const WordInfo& w : words) choices.emplace_back(w.word);
     m.set("choices", std::move(choices));
-    if (has_docs) m.set("words", choice_values(words));
+    m.set("words", choice_values(words));
   }
   const TypeNotes& n = t.notes;
   const auto set = [&m](const char* name, const std::string& text) {
@@ -211,9 +208,7 @@ class JsonSchema {
       case TypeKind::script: return Map{{"type", "string"}, {"x-language", t.word}};
       case TypeKind::word: {
         if (t.choices.empty()) return Map{{"type", "string"}};
-        List words;
-        for (const WordInfo& w : t.choices) words.emplace_back(w.word);
-        return Map{{"enum", std::move(words)}};
+        return annotated(t.choices);
       }
       case TypeKind::path: {
         Map m{{"type", "string"}, {"minLength", 1}};
@@ -303,7 +298,7 @@ class JsonSchema {
       const TypeTree& t = type_tree(p.type);
       Map one = of(t);
       if (t.kind == TypeKind::word && t.choices.empty() && !p.choices.empty())
-        one = Map{{"enum", strings(p.choices)}};
+        one = annotated(words_of(p));
       if (!p.doc.empty()) one.set("description", p.doc);
       const TypeNotes notes = notes_of(p);
       if (!notes.label.empty()) one.set("title", notes.label);
@@ -331,6 +326,16 @@ class JsonSchema {
   }
 
  private:
+  /// One of several words, each with its label and description.
+  static Map annotated(const std::vector<WordInfo>& words) {
+    List out;
+    for (const WordInfo& w : words) {
+      Map one{{"const", w.word}, {"title", word_label(w)}};
+      if (!w.doc.empty()) one.set("description", w.doc);
+      out.emplace_back(std::move(one));
+    }
+    return Map{{"oneOf", std::move(out)}};
+  }
   static Map numbers(std::size_t count) {
     Map m{{"type", "array"}, {"items", Map{{"type", List{"number", "string"}}}}};
     if (count) {

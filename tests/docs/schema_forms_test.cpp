@@ -518,6 +518,23 @@ TEST_F(SchemaChoices, WordsProvidersAndUnits) {
   EXPECT_EQ(commands.size(), 5U);
 }
 
+TEST_F(SchemaChoices, WordsHaveLabels) {
+  const auto labels = [this](const char* command, const char* argument) {
+    const auto found = program().dispatch(session_, "schema.choices",
+                                          Map{{"command", command}, {"argument", argument}});
+    Words out;
+    if (found.ok())
+      for (const Value& choice : *found->as_list())
+        out.push_back(*choice.as_map()->find("label")->as_string());
+    return out;
+  };
+  EXPECT_EQ(labels("robot.create", "convention"), (Words{"DH", "MDH"}));
+  const Words steps = labels("task.add_step", "step.step");
+  EXPECT_NE(std::find(steps.begin(), steps.end(), "Move"), steps.end());
+  const Words speeds = labels("run.continue", "speed");
+  EXPECT_NE(std::find(speeds.begin(), speeds.end(), "Max"), speeds.end());
+}
+
 // Every argument of every command. How long the answers take is measured by
 // slowest_choices_of_any_argument in tests/bench.
 TEST_F(SchemaChoices, EveryArgumentHasAnAnswer) {

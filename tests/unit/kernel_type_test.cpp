@@ -64,6 +64,7 @@ const std::vector<std::string> kTypes = {
     "table{name: string; value: real = 0.5 \"A \\\"quoted\\\" word.\"}",
     "variant(kind){box: {x: real [m]}; ball: {radius: real [m] @above(0)}}",
     "real or string",
+    "enum(dh: Standard rows. | mdh \"Modified rows\": Craig's rows. | none \"No rows\")",
     "member:link of id or int",
     "member:link",
     "provider:ik",
@@ -390,6 +391,48 @@ TEST(TypeTree, AnOwnerIsNamedOnlyIfTheTypeNamesIt) {
             "{kind = \"member\", member = \"command\"}");
   EXPECT_EQ(literal(type_value(type_tree("member:link of id"))),
             "{kind = \"member\", member = \"link\", of = \"id\"}");
+}
+
+TEST(Words, HaveLabelsOfTheDeclarationOrMadeOfThem) {
+  const auto label = [](const char* word) { return word_label({word}); };
+  EXPECT_EQ(label("best_effort"), "Best effort");
+  EXPECT_EQ(label("s_curve"), "S curve");
+  EXPECT_EQ(label("mdh"), "MDH");
+  EXPECT_EQ(label("ap203"), "AP203");
+  EXPECT_EQ(label("dh_rows"), "DH rows");
+  EXPECT_EQ(label("OType"), "OType");
+  EXPECT_EQ(label("-x"), "-x");
+  EXPECT_EQ(label("mm"), "mm");
+  EXPECT_EQ(word_label({"krl", "", "KUKA"}), "KUKA");
+  const char* type = "enum(none | mdh \"Modified rows\": Craig's rows.)";
+  const auto words = words_of(param("rows", type));
+  ASSERT_EQ(words.size(), 2U);
+  EXPECT_EQ(words[1].word, "mdh");
+  EXPECT_EQ(words[1].label, "Modified rows");
+  EXPECT_EQ(words[1].doc, "Craig's rows.");
+  const std::string as_data =
+      "{{word = \"none\", label = \"None\"}, {word = \"mdh\", label = \"Modified rows\", doc = "
+      "\"Craig's rows.\"}}";
+  const Map described = param_value(param("rows", type));
+  EXPECT_EQ(literal(*described.find("words")), as_data);
+  EXPECT_EQ(literal(*described.find("form")->as_map()->find("choices")), as_data);
+  // A front end that gets the description has the same labels.
+  const auto again = param_from(Value(described));
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(word_label(words_of(*again)[1]), "Modified rows");
+  // Words of the parameter have labels, too.
+  ParamSpec p = param("law", "enum");
+  p.choices = {"s_curve"};
+  EXPECT_EQ(literal(*param_value(p).find("words")), "{{word = \"s_curve\", label = \"S curve\"}}");
+  EXPECT_FALSE(parse_type("enum(a \"A: x. | b)").ok());
+  EXPECT_FALSE(parse_type("enum(a \"\" | b)").ok());
+}
+
+TEST(JsonSchema, AnnotatesWords) {
+  const Map m = json_schema({param("rows", "enum(none | mdh: Craig's rows.)", "Which.")}, "t", "");
+  EXPECT_EQ(literal(*m.find("properties")->as_map()->find("rows")),
+            "{oneOf = {{const = \"none\", title = \"None\"}, {const = \"mdh\", title = \"MDH\", "
+            "description = \"Craig's rows.\"}}, description = \"Which.\"}");
 }
 
 TEST(JsonSchema, SaysWhatItCan) {

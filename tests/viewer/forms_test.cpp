@@ -398,6 +398,24 @@ TEST(Fields, AChoiceIsMadeByKeysAndMouse) {
   EXPECT_EQ(*f->value(), Value("s_curve"));
   EXPECT_EQ(changes, 1);
   EXPECT_TRUE(wait_for([&] { return f->popup() == nullptr; }));
+  // Labels are shown and found; so is the word, which is what is chosen.
+  f->set_choices({{Value("linear"), "Linear", "Constant speed.", {}},
+                  {Value("best_effort"), "Best effort", "As far as it goes.", {}},
+                  {Value("none"), "None", {}, {}}});
+  for (const char* typed : {"best_e", "Best e"}) {
+    f->set_value(Value("linear"));
+    EXPECT_EQ(f->shown_text(), "Linear");
+    QTest::keyClick(f, Qt::Key_Space);
+    ASSERT_NE(f->popup(), nullptr);
+    EXPECT_EQ(f->popup()->list()->item(1)->toolTip(), "best_effort: As far as it goes.");
+    EXPECT_EQ(f->popup()->list()->item(2)->toolTip(), "none");
+    QTest::keyClicks(f->popup()->search(), typed);
+    EXPECT_EQ(f->popup()->list()->count(), 1) << typed;
+    QTest::keyClick(f->popup()->search(), Qt::Key_Return);
+    EXPECT_EQ(*f->value(), Value("best_effort")) << typed;
+    EXPECT_EQ(f->shown_text(), "Best effort");
+    EXPECT_TRUE(wait_for([&] { return f->popup() == nullptr; }));
+  }
   // What cannot be chosen says why and is not taken.
   QTest::mouseClick(f, Qt::LeftButton);
   ASSERT_NE(f->popup(), nullptr);

@@ -506,7 +506,8 @@ FieldsField::FieldsField(FormContextPtr context, const TypeTree& tree, std::stri
   decides_ = new ChoiceField(this);
   decides_->set_may_be_empty(false);
   std::vector<FieldChoice> words;
-  for (const auto& [word, fields] : tree_.cases) words.push_back({Value(word), qt(word), {}, {}});
+  for (const auto& [word, fields] : tree_.cases)
+    words.push_back({Value(word), qt(word_label({word})), {}, {}});
   decides_->set_choices(std::move(words));
   decides_->describe(qt(tree_.decided_by), "Decides which fields follow.", qt(context_->title),
                      qt(context_->title + "." + path_ + "." + tree_.decided_by));

@@ -24,7 +24,8 @@ bool is_secret_name(std::string_view name) {
 
 std::vector<FieldChoice> words_as_choices(const ParamSpec& p) {
   std::vector<FieldChoice> out;
-  for (const WordInfo& w : words_of(p)) out.push_back({Value(w.word), qt(w.word), qt(w.doc), {}});
+  for (const WordInfo& w : words_of(p))
+    out.push_back({Value(w.word), qt(word_label(w)), qt(w.doc), {}});
   return out;
 }
 

@@ -24,6 +24,19 @@ constexpr int kDoc = Qt::UserRole + 1, kWhyNot = Qt::UserRole + 2, kIndex = Qt::
 constexpr int kSwatchRow = 32, kSwatch0 = 28;  // of the design [px]
 constexpr std::size_t kMostLooks = 64;
 
+/// The word that a choice sets, if its label is another text.
+QString word_of(const FieldChoice& c) {
+  const QString word = c.value.as_string() ? qt(*c.value.as_string()) : QString();
+  return word == c.label ? QString() : word;
+}
+
+/// The word and its description, or why it cannot be chosen.
+QString tip_of(const FieldChoice& c) {
+  if (!c.why_not.isEmpty()) return c.why_not;
+  const QString word = word_of(c);
+  return word.isEmpty() || c.doc.isEmpty() ? word + c.doc : word + ": " + c.doc;
+}
+
 class ChoiceDelegate : public QStyledItemDelegate {
  public:
   using QStyledItemDelegate::QStyledItemDelegate;
@@ -179,18 +192,22 @@ void ChoicePopup::filter() {
   int first = -1, at = -1;
   for (std::size_t i = 0; i < choices_.size(); ++i) {
     const FieldChoice& c = choices_[i];
+    const QString word = word_of(c);
     if (!typed.isEmpty() && !c.label.contains(typed, Qt::CaseInsensitive) &&
-        !c.doc.contains(typed, Qt::CaseInsensitive))
+        !word.contains(typed, Qt::CaseInsensitive) && !c.doc.contains(typed, Qt::CaseInsensitive))
       continue;
     auto* item = new QListWidgetItem(c.label, list_);
     item->setData(kDoc, c.doc);
     item->setData(kWhyNot, c.why_not);
     item->setData(kIndex, static_cast<int>(i));
     item->setData(kSwatch, c.swatch);
-    item->setToolTip(c.why_not.isEmpty() ? c.doc : c.why_not);
+    item->setToolTip(tip_of(c));
     const int row = list_->count() - 1;
     if (first < 0 && c.why_not.isEmpty()) first = row;
-    if (!typed.isEmpty() && at < 0 && c.label.startsWith(typed, Qt::CaseInsensitive)) at = row;
+    if (!typed.isEmpty() && at < 0 &&
+        (c.label.startsWith(typed, Qt::CaseInsensitive) ||
+         word.startsWith(typed, Qt::CaseInsensitive)))
+      at = row;
     if (typed.isEmpty() && current_ && c.value == *current_) at = row;
   }
   list_->setCurrentRow(at >= 0 ? at : first);

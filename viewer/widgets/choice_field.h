@@ -20,8 +20,9 @@ namespace robomosp::viewer {
 
 struct FieldChoice {
   Value value;
-  QString label, doc{}, why_not{};  ///< `why_not`: the reason why it cannot be chosen now
-  QColor swatch{};                  ///< of a material; invalid = none
+  QString label;             ///< shown instead of the value
+  QString doc{}, why_not{};  ///< `why_not`: the reason why it cannot be chosen now
+  QColor swatch{};           ///< of a material; invalid = none
 };
 
 /// How a choice looks: the colour of its ball, and a remark on it.

@@ -60,8 +60,8 @@ std::string notes_of_field(std::string_view kind, const std::string& path) {
 void give_choices(ParamSpec& p) {
   const TypeTree& tree = type_tree(p.type);
   if (tree.kind != TypeKind::word || tree.choices.empty()) return;
-  const auto has_doc = [](const WordInfo& w) { return !w.doc.empty(); };
-  if (std::any_of(tree.choices.begin(), tree.choices.end(), has_doc)) return;
+  const auto is_described = [](const WordInfo& w) { return !w.doc.empty() || !w.label.empty(); };
+  if (std::any_of(tree.choices.begin(), tree.choices.end(), is_described)) return;
   for (const WordInfo& w : tree.choices) p.choices.push_back(w.word);
   const std::size_t end = p.type.find(')');
   p.type = "enum" + p.type.substr(end + 1);

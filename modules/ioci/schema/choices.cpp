@@ -84,7 +84,7 @@ class Chooser {
         fields = case_of(*tree, here);
         // The field that decides is a choice of its words.
         if (rest == tree->decided_by) {
-          for (const auto& [word, unused] : tree->cases) out_.add(word);
+          for (const auto& [word, unused] : tree->cases) add_word({word});
           return out_.take();
         }
         if (!fields)
@@ -98,7 +98,7 @@ class Chooser {
     }
     if (!param) return unknown(path, path, schema);
     if (tree->kind == TypeKind::word && tree->choices.empty()) {
-      for (const WordInfo& w : words_of(*param)) out_.add(w.word, w.doc);
+      for (const WordInfo& w : words_of(*param)) add_word(w);
       return out_.take();
     }
     const std::string unit = unit_of(*param);
@@ -147,6 +147,10 @@ class Chooser {
     return nullptr;
   }
 
+  void add_word(const WordInfo& w) {
+    if (Choice* c = out_.add(w.word, w.doc)) c->label = word_label(w);
+  }
+
   void of_type(const TypeTree& t, const std::string& unit, std::size_t depth) {
     constexpr std::size_t kDeepestChoice = 10;
     if (depth > kDeepestChoice) return;
@@ -156,7 +160,7 @@ class Chooser {
         out_.add_value(Value(false));
         break;
       case TypeKind::word:
-        for (const WordInfo& w : t.choices) out_.add(w.word, w.doc);
+        for (const WordInfo& w : t.choices) add_word(w);
         break;
       case TypeKind::one_of:
         for (const auto& option : t.options) of_type(*option, unit, depth + 1);
@@ -165,7 +169,7 @@ class Chooser {
         if (t.element) of_type(*t.element, t.element->unit, depth + 1);
         break;
       case TypeKind::variant:
-        for (const auto& [word, fields] : t.cases) out_.add(word);
+        for (const auto& [word, fields] : t.cases) add_word({word});
         break;
       case TypeKind::named:
         if (const TypeTree* named = named_type(t.word)) of_type(*named, unit, depth + 1);
