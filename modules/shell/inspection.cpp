@@ -15,6 +15,7 @@
 #include "kernel/plugin_loader.h"
 #include "kernel/process.h"
 #include "kernel/text.h"
+#include "remote/json.h"
 #include "shell/console.h"
 #include "shell/plugin_check.h"
 #include "spatial/instruction_limit.h"
@@ -48,7 +49,8 @@ int run_commands(const Settings& s, const Voice& voice, const std::string& folde
   if (auto started = start(p, s, voice, "commands"); !started.ok())
     return voice.fail(started.error());
   if (!folder.empty()) {
-    const auto written = ioci::write_reference(p.app->commands, folder);
+    const auto written = ioci::write_reference(p.app->commands, folder,
+                                               [](const Value& v) { return remote::to_json(v); });
     if (!written.ok()) return voice.fail(written.error());
     voice.result({}, "The pages were written to " + folder + ".");
     return 0;

@@ -15,6 +15,7 @@
 #include "docs/examples.h"
 #include "ioci/core/application.h"
 #include "lua/lua_state.h"
+#include "remote/json.h"
 
 namespace robomosp::ioci {
 namespace {
@@ -78,7 +79,8 @@ TEST(IociExamples, EveryExampleCallsItsCommand) {
 
 TEST(IociReference, TheFolderDocsIociIsWhatTheTableSays) {
   const fs::path folder = fs::path(ROBOMOSP_SOURCE_DIR) / "docs/ioci";
-  const auto pages = reference_pages(app().commands);
+  const auto pages =
+      reference_pages(app().commands, [](const Value& v) { return remote::to_json(v); });
   for (const auto& [name, text] : pages) {
     std::ifstream in(folder / name, std::ios::binary);
     ASSERT_TRUE(in) << name << " is missing; robomosp commands --markdown docs/ioci writes it";

@@ -288,7 +288,8 @@ constexpr std::string_view kGenerated = "\n\nGenerated from the command table; d
 
 }  // namespace
 
-Result<void> write_reference(const CommandTable& table, const std::filesystem::path& folder) {
+Result<void> write_reference(const CommandTable& table, const std::filesystem::path& folder,
+                             const ToJson& to_json) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed)
@@ -296,7 +297,7 @@ Result<void> write_reference(const CommandTable& table, const std::filesystem::p
         ErrorCode::io,
         "the folder " + text::quote(folder.string()) + " cannot be made: " + failed.message(),
         "Check the path and its permissions.");
-  const auto pages = reference_pages(table);
+  const auto pages = reference_pages(table, to_json);
   for (const auto& [name, page] : pages) RMP_TRY(io::write_file(folder / name, page));
   // Pages of topics that are gone; what somebody wrote by hand stays.
   std::vector<std::filesystem::path> gone;

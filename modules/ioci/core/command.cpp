@@ -8,8 +8,10 @@
 #include "ioci/core/application.h"
 #include "ioci/core/argument_types.h"
 #include "ioci/core/classic.h"
+#include "ioci/core/example_arguments.h"
 #include "kernel/check.h"
 #include "kernel/letters.h"
+#include "kernel/literal.h"
 #include "kernel/text.h"
 #include "kernel/type.h"
 
@@ -314,7 +316,23 @@ std::string help_text(const CommandSpec& spec) {
   return out;
 }
 
-std::map<std::string, std::string> reference_pages(const CommandTable& table) {
+namespace {
+
+/// The example as a request; empty if there are no arguments as data.
+std::string example_request(const CommandSpec& spec, const ToJson& to_json) {
+  const std::string_view text = example_arguments(spec.name);
+  if (!to_json || text.empty()) return {};
+  auto args = read_literal(text);
+  if (!args.ok()) return {};
+  Map request{{"method", spec.name}};
+  request.set("params", std::move(*args));
+  return "\n```json\n" + to_json(Value(std::move(request))) + "\n```\n";
+}
+
+}  // namespace
+
+std::map<std::string, std::string> reference_pages(const CommandTable& table,
+                                                   const ToJson& to_json) {
   std::map<std::string, std::string> pages;
   std::map<std::string, std::vector<const CommandSpec*>> topics;
   for (const CommandSpec* spec : table.list()) topics[topic_of(spec->name)].push_back(spec);
@@ -328,14 +346,18 @@ std::map<std::string, std::string> reference_pages(const CommandTable& table) {
       "where one is named, such as `PRobot pa10 mGetDHP`; and from every other front end, with the "
       "same\n"
       "arguments. A classic line loads what it works on from the library when the document lacks "
-      "it.\n\n"
+      "it.\n"
+      "Below most examples, their call of the command is shown as a request of "
+      "[JSON-RPC](../user/json_rpc.md),\n"
+      "with the arguments by name; the records that it names are made by the lines before that "
+      "call.\n\n"
       "| command | classic | effect | summary |\n|---|---|---|---|\n";
   std::string classic_lines = "\n## Classic lines\n\n| line | command |\n|---|---|\n";
   std::map<std::string, std::string> classic_index;
   for (const auto& [topic, specs] : topics) {
     std::string page = "# " + topic + "\n\nGenerated from the command table; do not edit.\n";
     for (const CommandSpec* spec : specs) {
-      page += "\n" + help_text(*spec);
+      page += "\n" + help_text(*spec) + example_request(*spec, to_json);
       std::string anchor;
       for (const char c : spec->name)
         if (c != '.') anchor += c;

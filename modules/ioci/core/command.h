@@ -256,10 +256,15 @@ class CommandFile {
 /// Markdown of one command, for `help` and docs/ioci.
 [[nodiscard]] std::string help_text(const CommandSpec&);
 
-/// The pages of docs/ioci by file name, made from the table alone: one a topic, and README.md.
-[[nodiscard]] std::map<std::string, std::string> reference_pages(const CommandTable&);
+/// A value as one line of JSON; of a layer above.
+using ToJson = std::function<std::string(const Value&)>;
+/// The pages of docs/ioci by file name, made from the table and the examples as arguments: one a
+/// topic, and README.md. Without `to_json` they have no requests.
+[[nodiscard]] std::map<std::string, std::string> reference_pages(const CommandTable&,
+                                                                 const ToJson& to_json = {});
 /// Writes reference_pages() into a folder; a page that is no longer in the table is removed.
-Result<void> write_reference(const CommandTable&, const std::filesystem::path& folder);
+Result<void> write_reference(const CommandTable&, const std::filesystem::path& folder,
+                             const ToJson& to_json = {});
 
 /// A classic line split into words: blanks separate, "..." and {...} group.
 [[nodiscard]] Result<std::vector<std::string>> split_classic(std::string_view line);
