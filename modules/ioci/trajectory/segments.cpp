@@ -34,6 +34,13 @@ Result<ProviderChoice::Param> param_of(const Value& v, const std::string& path) 
   return error(ErrorCode::invalid_argument, v.text() + " is not a parameter's value", {}, path);
 }
 
+/// A table of names; an empty one of Lua comes as a list.
+bool is_table(const Value& v) { return v.as_map() || (v.as_list() && v.as_list()->empty()); }
+void add_all(const Value& table, Map& to) {
+  if (const Map* m = table.as_map())
+    for (const auto& [name, value] : *m) to.set(name, value);
+}
+
 /// `law = "trapezoidal"` or `law = {name = "trapezoidal", ...}`; its parameters go to `params`.
 Result<void> read_choice(const Value& v, ProviderChoice& out, Map& params,
                          const std::string& path) {
@@ -48,8 +55,7 @@ Result<void> read_choice(const Value& v, ProviderChoice& out, Map& params,
                  "Give its name, or a table with name and parameters.", path);
   if (name) out.name = *name->as_string();
   for (const auto& [key, value] : *table)
-    if (key == "params" && value.as_map())  // as segments are described
-      for (const auto& [inner, given] : *value.as_map()) params.set(inner, given);
+    if (key == "params" && is_table(value)) add_all(value, params);  // as segments are described
     else if (key != "name") params.set(key, value);
   return {};
 }
@@ -281,8 +287,8 @@ Result<TrajectorySegment> read_segment(const CommandContext& ctx, const Value& v
       if (out.turning.name == "none") out.turning.name.clear();
     } else if (key == "transition") {
       RMP_TRY_ASSIGN(out.transition, read_transition(ctx, v, here));
-    } else if (key == "params" && v.as_map()) {
-      for (const auto& [name, p] : *v.as_map()) params.set(name, p);
+    } else if (key == "params" && is_table(v)) {
+      add_all(v, params);
     } else if (const model::Field* f = declared_segment_field(key)) {
       RMP_TRY(read_declared(ctx, *f, v, out, path));
     } else {
