@@ -313,6 +313,46 @@ TEST_F(DesktopTest, FinePicturesAreSwitchedForAllViewsAndLaterStarts) {
   ASSERT_NE(window_->open_view(world, "cell"), nullptr);
   EXPECT_TRUE(window_->current_view()->look().is_refined_at_rest);
 }
+TEST_F(DesktopTest, SaveAndReloadTakeTheRecordOfASelectedPartOrOfTheTab) {
+  const Handle world = shown_world();
+  const QString file = folder_.filePath("cell.wld");
+  called("record.save", {{"id", world}, {"file", utf8(file)}});
+  ASSERT_TRUE(until([&] { return !desk_->may_be_unsaved(world); }));
+  EXPECT_FALSE(action("save")->isEnabled());
+  ViewTab* view = window_->current_view();
+  const auto y_of_right = [&] {
+    const Value objects = called("world.objects", {{"id", world}});
+    for (const Value& object : list_of(objects))
+      if (text_at(map_of(object), "name") == "right")
+        return numbers_at(map_at(map_of(object), "placement"), "position")[1];
+    return 0.0;
+  };
+  const auto move_right = [&](double y) {
+    desk_->act("world.place",
+               {{"id", world}, {"member", "right"}, {"position", List{0.6, y, 0.0}}});
+    EXPECT_TRUE(until([&] { return action("save")->isEnabled(); }));
+  };
+  // A click in the picture selects a part of the world.
+  QTest::mouseClick(&view->display(), Qt::LeftButton, {}, place_of(*view, {0.6, -0.1, 0.1}));
+  ASSERT_EQ(desk_->selection(), (Selection{{world, "objects.right"}}));
+  move_right(0.3);
+  EXPECT_TRUE(action("save_as")->isEnabled());
+  action("save")->trigger();
+  ASSERT_TRUE(until([&] { return !desk_->may_be_unsaved(world); }));
+  // Two parts of one record.
+  desk_->select({{world, "objects.right"}, {world, "objects.left"}});
+  move_right(0.4);
+  action("reload")->trigger();
+  ASSERT_TRUE(until([&] { return y_of_right() == 0.3; }));
+  // Nothing: the record of the tab.
+  desk_->select({});
+  move_right(0.5);
+  action("save")->trigger();
+  ASSERT_TRUE(until([&] { return !desk_->may_be_unsaved(world); }));
+  action("close_tab")->trigger();
+  EXPECT_FALSE(action("save_as")->isEnabled()) << "nothing is selected or shown";
+}
+
 
 TEST_F(DesktopTest, ShortcutsAreUnique) {
   std::map<QString, QString> by_keys;

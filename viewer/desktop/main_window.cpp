@@ -743,6 +743,7 @@ void MainWindow::show_tab_state() {
   actions_.check("show_axes", look.has_axes);
   actions_.check("show_lights", look.has_lights);
   actions_.check("refine", look.is_refined_at_rest);
+  enable_saving();
   actions_.check("perspective", look.is_perspective);
   check_views(look, view != nullptr);
   const bool has_layers = view && (view->what().kind == "world" || view->what().kind == "robot" ||
@@ -888,13 +889,22 @@ void MainWindow::show_unsaved() {
   enable_saving();
 }
 
-void MainWindow::enable_saving() {
+std::optional<Handle> MainWindow::record_to_save() const {
   const Selection& selection = desk_.selection();
-  const bool is_record = selection.size() == 1 && selection.front().path.empty() &&
-                         selection.front().record.kind != "recording" &&
-                         selection.front().record.kind != "run";
-  actions_.enable("save_as", is_record);
-  actions_.enable("save", is_record && desk_.may_be_unsaved(selection.front().record));
+  const ViewTab* view = current_view();
+  if (selection.empty()) return view ? std::optional(view->what()) : std::nullopt;
+  const Handle& record = selection.front().record;
+  const bool is_one = std::all_of(selection.begin(), selection.end(),
+                                  [&](const Selected& s) { return s.record == record; });
+  if (!is_one || record.kind == "recording" || record.kind == "run") return std::nullopt;
+  return record;
+}
+
+void MainWindow::enable_saving() {
+  const auto record = record_to_save();
+  actions_.enable("save_as", record.has_value());
+  actions_.enable("save", record && desk_.may_be_unsaved(*record));
+  actions_.enable("reload", record.has_value());
   const std::size_t count = desk_.unsaved().size();
   actions_.enable("save_all", desk_.has_unsaved());
   if (QAction* all = actions_.find("save_all"))
@@ -959,7 +969,6 @@ void MainWindow::show_selection() {
   const bool is_one = selection.size() == 1;
   enable_saving();
   actions_.enable("duplicate", is_record);
-  actions_.enable("reload", is_record);
   actions_.enable("rename", is_one);
   actions_.enable("delete", !selection.empty());
   actions_.enable("open_selected", is_one);

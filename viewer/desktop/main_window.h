@@ -189,7 +189,11 @@ class MainWindow : public QMainWindow {
   void duplicate_selected();
   void fill_context_menu(QMenu& menu);
   void fill_recent_menu(QMenu& menu);
+  /// What Save, Save as and Reload take: the selected record or that of the selected parts; with
+  /// nothing selected, that of the current tab.
+  [[nodiscard]] std::optional<Handle> record_to_save() const;
   void open_handle(const Handle& handle);
+  void reload_selected();
   void zoom_by(double factor);
   void close_tab(int index);
   void add_tab(QWidget* page, const char* icon_name, const QString& title, int at);

@@ -134,20 +134,7 @@ void MainWindow::make_file_menu() {
   actions_.add(
       menu,
       {"reload", "Re&load from its file", "refresh", "", "file.load{file = ..., reload = true}"},
-      [this](bool) {
-        for (const Selected& s : desk_.selection())
-          desk_.ask("document.outline", {}, *this, [this, s](const Result<Value>& r) {
-            if (!r.ok()) return;
-            for (const Value& row : list_of(*r))
-              if (handle_at(map_of(row), "id") == s.record) {
-                const std::string file = text_at(map_of(row), "file");
-                if (file.empty())
-                  return desk_.failed(
-                      error(ErrorCode::not_found, "the record has no file", "Save it first."));
-                desk_.act("file.load", {{"file", file}, {"reload", true}});
-              }
-          });
-      });
+      [this](bool) { reload_selected(); });
   menu->addSeparator();
   actions_.add(menu,
                {"save_picture", "Save &picture...", "camera", "Ctrl+Shift+I",
@@ -553,9 +540,26 @@ void MainWindow::fill_recent_menu(QMenu& menu) {
   if (menu.isEmpty()) menu.addAction("No files yet")->setEnabled(false);
 }
 
+void MainWindow::reload_selected() {
+  const auto record = record_to_save();
+  if (!record) return;
+  desk_.ask("document.outline", {}, *this, [this, record = *record](const Result<Value>& r) {
+    if (!r.ok()) return desk_.failed(r.error());
+    for (const Value& row : list_of(*r))
+      if (handle_at(map_of(row), "id") == record) {
+        const std::string file = text_at(map_of(row), "file");
+        if (file.empty())
+          return desk_.failed(
+              error(ErrorCode::not_found, "the record has no file", "Save it first."));
+        desk_.act("file.load", {{"file", file}, {"reload", true}});
+      }
+  });
+}
+
 void MainWindow::save_selected(bool as) {
-  if (desk_.selection().size() != 1) return;
-  const Handle record = desk_.selection().front().record;
+  const auto wanted = record_to_save();
+  if (!wanted) return;
+  const Handle record = *wanted;
   desk_.ask("document.outline", {}, *this, [this, record, as](const Result<Value>& r) {
     if (!r.ok()) return desk_.failed(r.error());
     std::string file, name;
