@@ -152,6 +152,36 @@ TEST_F(Conditions, SafeModeLeavesOutSettingsAndPluginsOfTheUserAndSaysSo) {
   EXPECT_EQ(both.status, 2) << "plugins of a folder were asked for in safe mode";
 }
 
+TEST_F(Conditions, PicturesOfTheWindowLeaveTheSettingsOfTheUserAsTheyAre) {
+  const QByteArray kept = "[window]\ntheme=light\nworkspace=program\nzoom=1.5\n";
+  QDir().mkpath(home_.filePath(".config/robomosp"));
+  written(home_, ".config/robomosp/desktop.ini", kept);
+  const auto now = [&] {
+    QFile file(home_.filePath(".config/robomosp/desktop.ini"));
+    return file.open(QIODevice::ReadOnly) ? file.readAll() : QByteArray();
+  };
+  const QString look = script("look.lua", R"(
+    local now = window.set{}
+    say(now.theme, " ", now.workspace, " ", tostring(now.zoom), "\n")
+    window.set{theme = "dark", workspace = "robot"}
+    return solid.create{name = "part", root = {kind = "box", x = 0.1, y = 0.2, z = 0.3}})");
+  const QString picture = home_.filePath("window.png");
+  const ProgramEnd e =
+      DesktopProgram(home_).run({"--script", look, "--size", "900x600", "--screenshot", picture});
+  EXPECT_EQ(said(), "light program 1.5\n") << "it is not as the user has it: " << e.err;
+  EXPECT_TRUE(QFile::exists(picture)) << e.err;
+  EXPECT_EQ(now(), kept) << "a screenshot wrote the settings of the user";
+  DesktopProgram tour(home_);
+  tour.start({"--tour", home_.filePath("pictures")});
+  QElapsedTimer clock;
+  clock.start();
+  while (clock.elapsed() < 60000 && QDir(home_.filePath("pictures")).entryList({"*.png"}).isEmpty())
+    QThread::msleep(100);
+  EXPECT_FALSE(QDir(home_.filePath("pictures")).entryList({"*.png"}).isEmpty());
+  EXPECT_GE(tour.terminate(), 0);
+  EXPECT_EQ(now(), kept) << "the tour wrote the settings of the user";
+}
+
 TEST_F(Conditions, LocalesChangeNoNumbersAndNoNames) {
   for (const char* locale : {"de_DE.UTF-8", "tr_TR.UTF-8", "ar_EG.UTF-8", "C"}) {
     const QString numbers = script("numbers.lua", R"(

@@ -132,10 +132,16 @@ int run_desktop(ioci::Application& app, DesktopOptions options) {
   StartTimes unused;
   StartTimes& times = options.start_times ? *options.start_times : unused;
   times.reached("Qt started");
-  // In safe mode a file that is gone afterwards.
+  // In safe mode, and for pictures of the window, a file that is gone afterwards. A screenshot has
+  // the theme and layout of the user.
   std::optional<QTemporaryDir> folder;
   QString settings_file;
-  if (options.is_safe) settings_file = folder.emplace().filePath("desktop.ini");
+  const bool ends_by_itself = !options.screenshot.empty() || !options.tour.empty();
+  if (options.is_safe || ends_by_itself) {
+    settings_file = folder.emplace().filePath("desktop.ini");
+    if (!options.is_safe && options.tour.empty())
+      QFile::copy(Settings::file_of_user(), settings_file);
+  }
   auto* const running = qobject_cast<QApplication*>(QCoreApplication::instance());
   {
     const Settings settings(settings_file);
@@ -171,7 +177,6 @@ int run_desktop(ioci::Application& app, DesktopOptions options) {
                     if (is_first) show_as_wished(view, options);
                   });
     }
-    const bool ends_by_itself = !options.screenshot.empty() || !options.tour.empty();
     if (ends_by_itself)
       (*desk)->failed.add(&window, [&](const Error& e) {
         status = refused(e);

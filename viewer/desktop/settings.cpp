@@ -22,12 +22,13 @@ QString layout_key(const QString& workspace) {
 
 }  // namespace
 
+QString Settings::file_of_user() {
+  return QStandardPaths::writableLocation(QStandardPaths::GenericConfigLocation) +
+         "/robomosp/desktop.ini";
+}
+
 Settings::Settings(const QString& file)
-    : file_(file.isEmpty()
-                ? QStandardPaths::writableLocation(QStandardPaths::GenericConfigLocation) +
-                      "/robomosp/desktop.ini"
-                : file,
-            QSettings::IniFormat) {}
+    : file_(file.isEmpty() ? file_of_user() : file, QSettings::IniFormat) {}
 
 std::optional<Error> Settings::write() {
   // An unchanged file would not be written, and a full disk not be noticed.

@@ -25,6 +25,7 @@ class Settings {
  public:
   /// "" = the user's file.
   explicit Settings(const QString& file = {});
+  [[nodiscard]] static QString file_of_user();
 
   /// Writes what has changed, and when. The reason if the file cannot be written; none if it can.
   [[nodiscard]] std::optional<Error> write();
