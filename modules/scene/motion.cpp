@@ -52,6 +52,27 @@ Pose pose_at_row(const std::array<const recording::Column*, 7>& place, std::size
   return recording::pose_of_place(at);
 }
 
+/// Joint values of a robot along `<prefix>q1`, ...
+Result<std::vector<double>> joints_at(const model::Robot& robot,
+                                      const recording::Recording& recording,
+                                      const std::string& prefix, const Between& at) {
+  const std::size_t count = robotics::neutral_coordinates(robot).size();
+  const recording::Column* beyond = recording.find(prefix + "q" + std::to_string(count + 1));
+  std::vector<double> q, next;
+  for (std::size_t j = 0; j < count; ++j) {
+    const auto* column = recording.find(prefix + "q" + std::to_string(j + 1));
+    if (!column || beyond)
+      return error(ErrorCode::conflict, "the recording was made from a robot with other joints",
+                   "Simulate again.");
+    q.push_back(column->values[at.a]);
+    next.push_back(column->values[at.b]);
+  }
+  take_nearer_signs(robot, q, next);
+  if (at.share > 0)
+    for (std::size_t j = 0; j < count; ++j) q[j] += at.share * (next[j] - q[j]);
+  return q;
+}
+
 }  // namespace
 
 Result<Motion> motion_at(const document::Snapshot& snapshot, WorldId id,
@@ -71,20 +92,7 @@ Result<Motion> motion_at(const document::Snapshot& snapshot, WorldId id,
     if (!is_main && !recording.find(prefix + "q1")) continue;
     const model::Robot* robot = snapshot.get(placed.robot);
     if (!robot) continue;
-    const std::size_t count = robotics::neutral_coordinates(*robot).size();
-    const recording::Column* beyond = recording.find(prefix + "q" + std::to_string(count + 1));
-    std::vector<double> q, next;
-    for (std::size_t j = 0; j < count; ++j) {
-      const auto* column = recording.find(prefix + "q" + std::to_string(j + 1));
-      if (!column || beyond)
-        return error(ErrorCode::conflict, "the recording was made from a robot with other joints",
-                     "Simulate again.");
-      q.push_back(column->values[at.a]);
-      next.push_back(column->values[at.b]);
-    }
-    take_nearer_signs(*robot, q, next);
-    if (at.share > 0)
-      for (std::size_t j = 0; j < count; ++j) q[j] += at.share * (next[j] - q[j]);
+    RMP_TRY_ASSIGN(std::vector<double> q, joints_at(*robot, recording, prefix, at));
     out.q[placed.name] = std::move(q);
   }
   if (!is_found)
@@ -105,6 +113,19 @@ Result<Motion> motion_at(const document::Snapshot& snapshot, WorldId id,
     way.poses = {pose_at_row(place, at.a), pose_at_row(place, at.b)};
     out.objects[placed.name] = poses_at(way, at.share).front();
   }
+  return out;
+}
+
+Result<Motion> motion_at(const document::Snapshot& snapshot, RobotId id,
+                         const recording::Recording& recording, double time) {
+  const auto* record = snapshot.find(AnyId(id));
+  const model::Robot* robot = snapshot.get(id);
+  if (!record || !robot)
+    return error(ErrorCode::stale_handle, "the robot no longer exists", "Open or create one.");
+  Motion out;
+  if (recording.columns.empty() || recording.columns.front().values.empty()) return out;
+  RMP_TRY_ASSIGN(out.q[record->name],
+                 joints_at(*robot, recording, "", rows_at(recording.columns.front().values, time)));
   return out;
 }
 

@@ -32,5 +32,8 @@ using MotionPtr = std::shared_ptr<const Motion>;
 /// of a robot that is not there, is an error.
 [[nodiscard]] Result<Motion> motion_at(const document::Snapshot&, WorldId,
                                        const recording::Recording&, double time);
+/// The same of a robot without a world, under its name: along columns q1, ...
+[[nodiscard]] Result<Motion> motion_at(const document::Snapshot&, RobotId,
+                                       const recording::Recording&, double time);
 
 }  // namespace robomosp::scene

@@ -54,8 +54,12 @@ Result<void> SceneModel::Impl::show_alone(Work& w) {
   w.next->robots.clear();
   if (what.kind == Kind::robot) {
     const auto& robot = *snapshot.get(RobotId{what.number});
-    RMP_TRY_ASSIGN(const MemberPtr member, robot_member(w, name, false, RobotId{what.number},
-                                                        Pose{}, shown_q(robot, w.wanted.extras.q)));
+    const std::vector<double>* q = &w.wanted.extras.q;
+    if (w.wanted.motion)
+      if (const auto at = w.wanted.motion->q.find(name); at != w.wanted.motion->q.end())
+        q = &at->second;
+    RMP_TRY_ASSIGN(const MemberPtr member,
+                   robot_member(w, name, false, RobotId{what.number}, Pose{}, shown_q(robot, *q)));
     if (member) w.next->robots.push_back(member);
     RMP_TRY(show_ghosts(w));
     return show_proximity(w);

@@ -4,6 +4,7 @@
 #include "viewer/timeline/timeline.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -45,6 +46,7 @@
 #include "viewer/forms/schema_form.h"
 #include "viewer/theme/theme.h"
 #include "viewer/timeline/variables.h"
+#include "viewer/scene/linear.h"
 #include "viewer/widgets/number_field.h"
 #include "viewer/window_test.h"
 
@@ -201,6 +203,81 @@ class TimelineTest : public WindowTest {
 
 TEST_F(TimelineTest, PlotsTorquesAndSpeedsWithTheirValuesUnderTheCursor) {
   const Handle run = shown_run();
+TEST_F(TimelineTest, ARecordingOrRunOpensTheTabOfWhatItMoves) {
+  const Handle box = made(
+      "solid.create",
+      {{"name", "box"},
+       {"material", *called("material.create", {{"name", "wood"}, {"density", 600.0}}).as_handle()},
+       {"root", Map{{"kind", "box"}, {"x", 0.1}, {"y", 0.1}, {"z", 0.1}}}});
+  std::array<Handle, 2> worlds, falls;
+  for (std::size_t i = 0; i < 2; ++i) {
+    worlds[i] = made("world.create", {{"name", i == 0 ? "cell" : "hall"}});
+    called("world.add_object",
+           {{"id", worlds[i]}, {"what", box}, {"position", List{0.0, 0.0, 0.5}}});
+    falls[i] = made("world.simulate_physics", {{"id", worlds[i]}, {"duration", 0.2}});
+  }
+  const auto& [cell, hall] = worlds;
+  ASSERT_NE(window_->open_view(cell, "cell"), nullptr);
+  ASSERT_NE(window_->open_view(hall, "hall"), nullptr);
+  settle();
+  const auto is_moved = [&](const Handle& what, const Handle& by) {
+    return until([&] {
+      const ViewTab* view = window_->current_view();
+      return view && view->what() == what && (view->recording() == by || view->run() == by);
+    });
+  };
+  timeline().on_open(falls[0]);
+  EXPECT_TRUE(is_moved(cell, falls[0])) << "the recording of the cell, with the hall in front";
+  EXPECT_FALSE(window_->views().back()->recording()) << "it moves the hall";
+  timeline().on_open(falls[1]);
+  EXPECT_TRUE(is_moved(hall, falls[1]));
+  // A tab that was closed opens again.
+  window_->actions().find("close_tab")->trigger();
+  EXPECT_EQ(window_->views().size(), 1U);
+  const Handle run =
+      made("world.start_run", {{"id", hall}, {"of", "physics"}, {"with", Map{{"duration", 1.0}}}});
+  timeline().on_open(run);
+  EXPECT_TRUE(is_moved(hall, run)) << "the run of the hall, with the cell in front";
+  EXPECT_EQ(window_->current_view()->name(), "hall");
+  // Of a robot without a world, which it moves.
+  made("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}}}});
+  const Handle arm = *called("robot.get", {{"name", "arm"}}).as_handle();
+  const Handle swing =
+      made("recording.create",
+           {{"title", "swing"},
+            {"robot", "arm"},
+            {"columns", List{Map{{"name", "time"}, {"unit", "s"}, {"values", List{0.0, 1.0}}},
+                             Map{{"name", "q"},
+                                 {"unit", "rad"},
+                                 {"values", List{List{0.0, 0.0}, List{1.0, 0.0}}}}}}});
+  timeline().on_open(swing);
+  ASSERT_TRUE(is_moved(arm, swing));
+  settle();
+  const auto heading = [&] {
+    const auto& member = window_->current_view()->picture()->frame->robots.front();
+    return member->bodies.back().p;
+  };
+  const Vec3 before = heading();
+  player().set_time(1);
+  settle();
+  EXPECT_GT(norm(heading() - before), 0.05) << "the robot does not move";
+  // What cannot be shown is said.
+  const auto said = [&](const QString& text) {
+    return until([&] {
+      const auto& model = window_->messages().model();
+      const int rows = model.rowCount({});
+      return rows > 0 && model.index(rows - 1).data().toString().contains(text);
+    });
+  };
+  called("world.remove", {{"id", cell}});
+  timeline().on_open(falls[0]);
+  EXPECT_TRUE(said("the world that the recording"));
+  called("robot.remove", {{"id", arm}});
+  timeline().on_open(swing);
+  EXPECT_TRUE(said("the robot \"arm\" that the recording"));
+  EXPECT_EQ(window_->current_view()->what(), arm) << "another tab was taken";
+}
+
   ASSERT_EQ(lanes().lanes().size(), 2u);
   EXPECT_EQ(lanes().lanes()[0].title, "Torque [N m]");
   EXPECT_EQ(lanes().lanes()[1].title, "Velocity [°/s]");
@@ -652,7 +729,7 @@ TEST_F(TimelineTest, AnAnswerThatAnEventOvertookDoesNotMoveTheTimeBack) {
       made("world.start_run", {{"id", world_},
                                {"of", "inverse_kinematics"},
                                {"with", Map{{"robot", "pa10"}, {"trajectory", "circle"}}}});
-  timeline().on_open(run);
+  window_->current_view()->show_run(run);
   ASSERT_TRUE(player().is_run());  // it has asked for the state
   const auto answer = desk_->ask("run.seek", {{"id", run}, {"time", 1.0}}, {});
   QElapsedTimer clock;

@@ -303,6 +303,10 @@ Result<Value> Automation::trigger(const Map& args) {
 Result<Value> Automation::open(const Map& args) {
   if (const auto record = handle_at(args, "record")) {
     const auto rows = window().navigator().model().rows_of({*record, {}});
+    if (record->kind == "recording" || record->kind == "run") {
+      window().open_handle(*record);
+      return Value();
+    }
     const QString name =
         rows.isEmpty() ? shown(record->kind) : rows.front().data(Qt::DisplayRole).toString();
     if (!window().open_view(*record, name))

@@ -614,32 +614,79 @@ void MainWindow::open(ioci::OpenRequest request, bool plays,
                     });
 }
 
-void MainWindow::open_handle(const Handle& handle) {
-  if (handle.kind == "recording") {
-    ViewTab* view = current_view();
-    if (!view || view->what().kind != "world")
-      for (ViewTab* other : views())
-        if (other->what().kind == "world") view = other;
-    if (!view || view->what().kind != "world")
-      return desk_.failed(error(ErrorCode::not_found, "no world is shown that the recording moves",
-                                "Open its world first."));
-    desk_.ask("recording.values", {{"id", handle}, {"columns", "time"}}, *this,
-              [this, handle, view](const Result<Value>& r) {
-                if (!r.ok()) return desk_.failed(r.error());
-                const NumericArray* times = r->as_array();
-                if (!times || times->size() == 0) return;
-                const auto all = views();
-                if (std::find(all.begin(), all.end(), view) == all.end()) return;
-                view->show_recording(handle, (*times)[0], (*times)[times->size() - 1]);
-                tabs_->setCurrentWidget(view);
-                show_panel("timeline");
+void MainWindow::with_moved(const Handle& subject, const std::string& by,
+                            std::function<void(ViewTab&)> then) {
+  desk_.ask("document.outline", {}, *this,
+            [this, subject, by, then = std::move(then)](const Result<Value>& r) {
+              if (!r.ok()) return desk_.failed(r.error());
+              for (const Value& row : list_of(*r)) {
+                if (handle_at(map_of(row), "id") != subject) continue;
+                ViewTab* view = open_view(subject, shown(text_at(map_of(row), "name")));
+                if (!view) return;  // which open_view() has said
+                then(*view);
+                return show_panel("timeline");
+              }
+              desk_.failed(error(ErrorCode::not_found,
+                                 "the " + subject.kind + " that " + by + " moves was removed",
+                                 "Undo its removal, or simulate again."));
+            });
+}
+
+void MainWindow::open_recording(const Handle& recording) {
+  desk_.ask("recording.list", {}, *this, [this, recording](const Result<Value>& r) {
+    if (!r.ok()) return desk_.failed(r.error());
+    const List& all = list_of(*r);
+    const auto at = std::find_if(all.begin(), all.end(), [&](const Value& row) {
+      return handle_at(map_of(row), "recording") == recording;
+    });
+    if (at == all.end())
+      return desk_.failed(error(ErrorCode::stale_handle, "the recording no longer exists",
+                                "recording.list lists those that exist."));
+    const std::string robot = text_at(map_of(*at), "robot"),
+                      by = "the recording \"" + text_at(map_of(*at), "title") + "\"";
+    std::optional<Handle> subject = handle_at(map_of(*at), "subject");
+    if (!subject && !robot.empty())
+      return desk_.failed(error(ErrorCode::not_found,
+                                "the robot \"" + robot + "\" that " + by + " moves is not open",
+                                "Open it first."));
+    if (!subject) {
+      // A table of measurements moves nothing; it is plotted beside what is shown.
+      const ViewTab* view = current_view();
+      if (!view || (view->what().kind != "world" && view->what().kind != "robot"))
+        return desk_.failed(error(ErrorCode::not_found, by + " moves no world or robot",
+                                  "Open a world or robot to plot it beside."));
+      subject = view->what();
+    }
+    desk_.ask("recording.values", {{"id", recording}, {"columns", "time"}}, *this,
+              [this, recording, by, subject = *subject](const Result<Value>& values) {
+                if (!values.ok()) return desk_.failed(values.error());
+                const NumericArray* times = values->as_array();
+                if (!times || times->size() == 0)
+                  return desk_.failed(error(ErrorCode::not_found, by + " has no rows",
+                                            "Simulate again, or append rows."));
+                const double from = (*times)[0], to = (*times)[times->size() - 1];
+                with_moved(subject, by, [recording, from, to](ViewTab& view) {
+                  view.show_recording(recording, from, to);
+                });
               });
-    return;
-  }
-  if (handle.kind == "run") {
-    if (ViewTab* view = current_view()) view->show_run(handle);
-    return;
-  }
+  });
+}
+
+void MainWindow::open_run(const Handle& run) {
+  desk_.ask("run.list", {}, *this, [this, run](const Result<Value>& r) {
+    if (!r.ok()) return desk_.failed(r.error());
+    for (const Value& row : list_of(*r))
+      if (handle_at(map_of(row), "id") == run)
+        if (const auto subject = handle_at(map_of(row), "subject"))
+          return with_moved(*subject, "the run \"" + text_at(map_of(row), "title") + "\"",
+                            [run](ViewTab& view) { view.show_run(run); });
+    desk_.failed(error(ErrorCode::stale_handle, "the run no longer exists", "Start another one."));
+  });
+}
+
+void MainWindow::open_handle(const Handle& handle) {
+  if (handle.kind == "recording") return open_recording(handle);
+  if (handle.kind == "run") return open_run(handle);
   static constexpr const char* kDrawn[] = {"world", "robot", "object", "solid", "material"};
   if (std::none_of(std::begin(kDrawn), std::end(kDrawn),
                    [&](const char* kind) { return handle.kind == kind; })) {
@@ -696,6 +743,7 @@ void MainWindow::show_tab_state() {
   timeline_->set_subject(view ? view->what() : Handle{}, view ? view->recording() : std::nullopt,
                          view ? view->run() : std::nullopt);
   title_window();
+  enable_saving();
   show_hidden_count();
   navigator_->refresh_eyes();
   for (const char* name : {"fit",
@@ -743,7 +791,6 @@ void MainWindow::show_tab_state() {
   actions_.check("show_axes", look.has_axes);
   actions_.check("show_lights", look.has_lights);
   actions_.check("refine", look.is_refined_at_rest);
-  enable_saving();
   actions_.check("perspective", look.is_perspective);
   check_views(look, view != nullptr);
   const bool has_layers = view && (view->what().kind == "world" || view->what().kind == "robot" ||

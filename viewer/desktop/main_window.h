@@ -71,6 +71,9 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] std::vector<ViewTab*> views() const;
   /// Shows a result of a command in a tab: as plot, table, picture or value.
   void open_result(const QString& title, const Value& result);
+  /// Shows a record in its tab or in the properties, a recording or run in the tab of what it
+  /// moves.
+  void open_handle(const Handle& handle);
   void show_panel(const QString& name);
   void set_workspace(Workspace workspace);
   [[nodiscard]] Workspace workspace() const { return workspace_; }
@@ -186,14 +189,18 @@ class MainWindow : public QMainWindow {
   void save_macro();
   void run_script();
   void remove_selected();
-  void duplicate_selected();
-  void fill_context_menu(QMenu& menu);
-  void fill_recent_menu(QMenu& menu);
   /// What Save, Save as and Reload take: the selected record or that of the selected parts; with
   /// nothing selected, that of the current tab.
   [[nodiscard]] std::optional<Handle> record_to_save() const;
-  void open_handle(const Handle& handle);
+  void duplicate_selected();
   void reload_selected();
+  void fill_context_menu(QMenu& menu);
+  void fill_recent_menu(QMenu& menu);
+  /// Shows them in the tab of what they move.
+  void open_recording(const Handle& recording);
+  void open_run(const Handle& run);
+  /// Calls `then` with the tab of what a recording or run moves. `by` names that in failures.
+  void with_moved(const Handle& subject, const std::string& by, std::function<void(ViewTab&)> then);
   void zoom_by(double factor);
   void close_tab(int index);
   void add_tab(QWidget* page, const char* icon_name, const QString& title, int at);

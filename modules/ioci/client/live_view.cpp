@@ -280,15 +280,18 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
     // Here the old one ends, if settle() does not use it.
   }
   Result<scene::MotionPtr> motion_by(const Mover& by, const document::Snapshot& snapshot,
-                                     AnyId world) const {
+                                     AnyId subject) const {
     if (const auto* r = std::get_if<ByRecording>(&by)) {
       const auto recording = app.recordings.find(r->number);
       if (!recording)
         return error(ErrorCode::stale_handle,
                      "the recording #" + std::to_string(r->number) + " no longer exists",
                      "Show another one.");
-      RMP_TRY_ASSIGN(scene::Motion at,
-                     scene::motion_at(snapshot, WorldId{world.number}, *recording, r->time));
+      RMP_TRY_ASSIGN(
+          scene::Motion at,
+          subject.kind == Kind::robot
+              ? scene::motion_at(snapshot, RobotId{subject.number}, *recording, r->time)
+              : scene::motion_at(snapshot, WorldId{subject.number}, *recording, r->time));
       return scene::MotionPtr(std::make_shared<const scene::Motion>(std::move(at)));
     }
     if (const auto* r = std::get_if<ByRun>(&by)) {
@@ -297,7 +300,7 @@ struct LiveView::State : std::enable_shared_from_this<LiveView::State> {
         return error(ErrorCode::stale_handle,
                      "the run #" + std::to_string(r->number) + " no longer exists",
                      "Show another one.");
-      return run_motion(snapshot, world, *run);
+      return run_motion(snapshot, subject, *run);
     }
     return scene::MotionPtr();
   }

@@ -108,7 +108,7 @@ class LiveView {
   Client::Answer show_draft(const Client::Edits& draft, Client::Done done = {});
   /// Shows the document again.
   void show_document();
-  /// Moves the members of the world to where a recording has them at a time [s].
+  /// Moves the members of the world, or the robot, to where a recording has them at a time [s].
   void show_recording(const Handle& recording, double time);
   /// Moves them with a live run from now on.
   void show_run(const Handle& run);

@@ -166,7 +166,9 @@ RMP_COMMANDS(window_commands) {
                            "With the panel help: its page, such as \"user/desktop.md\", "
                            "\"command:robot.fk\", \"topic:robot\", \"search:torque\" or "
                            "\"contents\"."),
-                  optional("record", "ref:world|robot|object|solid", "", "The record to show.")},
+                  optional(
+                      "record", "ref:world|robot|object|solid|recording|run", "",
+                      "The record to show; a recording or live run in the tab of what it moves.")},
        .returns = {},
        .effect = kDrives,
        .run = open});

@@ -13,6 +13,7 @@
 #include "ioci/core/word_list.h"
 #include "ioci/recording/plot_answer.h"
 #include "ioci/recording/recording_argument.h"
+#include "ioci/view/lone_robot.h"
 #include "recording/file.h"
 #include "recording/limit_share.h"
 #include "recording/plot/heat_map.h"
@@ -135,6 +136,14 @@ std::int64_t bytes_of(const recording::Recording& r) {
   return static_cast<std::int64_t>(count * sizeof(double));
 }
 
+/// The world, or the robot without one, that a recording moves.
+std::optional<Handle> subject_of(const document::Snapshot& snapshot,
+                                 const recording::Recording& r) {
+  if (r.world.number != 0) return Handle{"world", r.world.number};
+  if (const auto robot = robot_of(snapshot, r)) return Handle{"robot", robot->number};
+  return std::nullopt;
+}
+
 Result<Value> list(CommandContext& ctx, const Map&) {
   List out;
   // Read once: it takes longer than the list.
@@ -144,14 +153,16 @@ Result<Value> list(CommandContext& ctx, const Map&) {
   }();
   for (const auto& [number, r] : ctx.app.recordings.list()) {
     const std::int64_t bytes = bytes_of(*r);
-    out.emplace_back(Map{{"recording", Handle{"recording", number}},
-                         {"title", r->title},
-                         {"stale", !changes_of(ctx, number).empty()},
-                         {"robot", r->robot},
-                         {"trajectory", r->trajectory},
-                         {"samples", r->rows()},
-                         {"bytes", bytes},
-                         {"share", total > 0 ? static_cast<double>(bytes) / total : 0.0}});
+    Map row{{"recording", Handle{"recording", number}},
+            {"title", r->title},
+            {"stale", !changes_of(ctx, number).empty()},
+            {"robot", r->robot},
+            {"trajectory", r->trajectory},
+            {"samples", r->rows()},
+            {"bytes", bytes},
+            {"share", total > 0 ? static_cast<double>(bytes) / total : 0.0}};
+    if (auto subject = subject_of(ctx.snapshot(), *r)) row.set("subject", std::move(*subject));
+    out.emplace_back(std::move(row));
   }
   return Value(std::move(out));
 }
@@ -371,7 +382,7 @@ RMP_COMMANDS(recording_commands) {
        .classic = "",
        .summary = "Lists the recordings of simulations and measurements.",
        .details = "Recordings exist until the program ends, outside the document.",
-       .example = with_recording("assert(#recording.list() == 1)"),
+       .example = with_recording("assert(recording.list()[1].subject == cell)"),
        .params = {},
        .returns =
            {"list",
@@ -381,6 +392,9 @@ RMP_COMMANDS(recording_commands) {
              field("title", "string", "", "Its content in a few words."),
              field("stale", "bool", "",
                    "Whether the records have changed since; recording.is_stale lists the changes."),
+             field("subject", "handle", "",
+                   "The world that it moves, or the robot of a recording without a world; absent "
+                   "if there is none."),
              field("robot", "string", "", "The robot's name in the world."),
              field("trajectory", "string", "", "The trajectory's name in the world."),
              field("samples", "int", "", "Number of samples."),

@@ -502,6 +502,7 @@ Result<Value> list(CommandContext& ctx, const Map&) {
     const sim::LiveRun::Shown s = entry->run->shown();
     out.emplace_back(Map{{"id", Handle{"run", number}},
                          {"title", entry->title},
+                         {"subject", entry->subject},
                          {"time", s.time},
                          {"recorded", s.recorded},
                          {"is_playing", s.speed != 0},
@@ -692,7 +693,9 @@ RMP_COMMANDS(run_commands) {
       {"list",
        "",
        "",
-       {field("id", "handle", "", "The run."), field("title", "string", "", "Subject of the run."),
+       {field("id", "handle", "", "The run."),
+        field("title", "string", "", "Its subject and what it simulates, such as cell: physics."),
+        field("subject", "handle", "", "The world or robot that it moves."),
         field("time", "real", "s", "Time shown."),
         field("recorded", "real", "s", "Time up to which rows exist."),
         field("is_playing", "bool", "", "Whether it is playing."),

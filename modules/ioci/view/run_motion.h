@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of a world at the present time of a live run, for scenes (layer: application).
+// The members of a world, or a robot alone, at the present time of a live run, for scenes (layer:
+// application).
 // Internal to modules/ioci.
 #pragma once
 
@@ -11,8 +12,8 @@
 
 namespace robomosp::ioci {
 
-/// Null before the run's first row. A run of another subject than `world` is an error. [any thread]
-[[nodiscard]] Result<scene::MotionPtr> run_motion(const document::Snapshot&, AnyId world,
+/// Null before the run's first row. A run of another subject is an error. [any thread]
+[[nodiscard]] Result<scene::MotionPtr> run_motion(const document::Snapshot&, AnyId subject,
                                                   const LiveRunEntry& run);
 
 }  // namespace robomosp::ioci
