@@ -488,6 +488,51 @@ TEST_F(DesktopTest, AJobShowsItsProgressAndIsCancelled) {
       made("robot.create",
            {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}, Map{{"a", 0.2}}}}});
   bool has_ended = false;
+TEST_F(DesktopTest, EntriesOfTheMenusShowTheirLinesOnceAndAMacroRepeatsThem) {
+  const Handle world = shown_world();
+  const ViewTab* view = window_->current_view();
+  const auto count = [&](const std::string& name) {
+    return window_->console().text().count(shown("window.trigger{action = \"" + name + "\"}"));
+  };
+  for (const char* name :
+       {"fit",        "view_top",        "perspective",     "style_flat",
+        "section_x",  "section_forward", "section_none",    "layer_frames",
+        "four_views", "four_views",      "stereo_anaglyph", "stereo_none",
+        "show_grid",  "show_axes",       "tool_move",       "tool_select",
+        "snap",       "snap_vertex",     "axes_own",        "axes_world",
+        "refine",     "strong_borders",  "strong_borders",  "view_reset_layout"}) {
+    const auto before = count(name);
+    action(name)->trigger();
+    EXPECT_EQ(count(name), before + 1) << name;
+  }
+  desk_->select({{world, "objects.left"}});
+  for (const char* name : {"hide_selection", "show_all"}) {
+    action(name)->trigger();
+    EXPECT_EQ(count(name), 1) << name;
+  }
+  action("transparency_50")->trigger();
+  EXPECT_EQ(count("transparency_50"), 0) << "it has the line of window.fade_member";
+  // A line that was typed, or called by another session, is not repeated.
+  type_in_console("window.trigger{action = 'show_lights'}");
+  ASSERT_TRUE(until([&] { return !view->look().has_lights; }));
+  settle();
+  EXPECT_EQ(count("show_lights"), 0);
+  // The macro has them, and runs.
+  action("macro_record")->trigger();
+  action("style_wireframe")->trigger();
+  action("view_front")->trigger();
+  action("macro_record")->trigger();
+  const QString macro = window_->console().macro();
+  EXPECT_EQ(macro.count("window.trigger"), 2) << macro.toStdString();
+  action("style_smooth")->trigger();
+  settle();
+  const QString file = folder_.filePath("look.lua");
+  called("file.write", {{"file", utf8(file)}, {"base64", macro.toUtf8().toBase64().toStdString()}});
+  window_->console().run("dofile('" + file + "')");
+  EXPECT_TRUE(until([&] { return view->look().style == Style::wireframe; }));
+  settle();
+}
+
   desk_->start("robot.workspace", {{"id", arm}, {"samples", 10000000}, {"collisions", true}},
                [&](const Result<Value>& r) {
                  has_ended = true;

@@ -31,12 +31,16 @@ QAction* Actions::add(QMenu* menu, const ActionSpec& spec, std::function<void(bo
   if (*spec.keys) action->setShortcut(QKeySequence(spec.keys));
   action->setCheckable(spec.is_checkable);
   action->setStatusTip(QString());
+  const std::string command = *spec.command ? spec.command : trigger_line(spec.name);
+  const bool echoes = spec.echoes && command == trigger_line(spec.name);
   if (run)
     QObject::connect(action, &QAction::triggered, owner_,
-                     [run = std::move(run)](bool on) { run(on); });
+                     [this, run = std::move(run), line = echoes ? command : ""](bool on) {
+                       run(on);
+                       if (!line.empty() && echo) echo(line);
+                     });
   if (menu) menu->addAction(action);
-  adopt(*action, *spec.command ? QString::fromUtf8(spec.command)
-                               : QString("window.trigger{action = \"%1\"}").arg(spec.name));
+  adopt(*action, QString::fromStdString(command));
   return action;
 }
 
@@ -68,6 +72,10 @@ void Actions::enable(std::string_view name, bool on) const {
 
 void Actions::check(std::string_view name, bool on) const {
   if (QAction* action = find(name)) action->setChecked(on);
+}
+
+std::string trigger_line(std::string_view action) {
+  return "window.trigger{action = \"" + std::string(action) + "\"}";
 }
 
 QString command_of(const QAction& action) { return action.property(kCommand).toString(); }

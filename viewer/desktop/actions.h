@@ -26,6 +26,8 @@ struct ActionSpec {
   const char* keys;     ///< its shortcut, such as "Ctrl+S"; "" = none
   const char* command;  ///< that it calls, as Lua; "" = window.trigger with its name
   bool is_checkable = false;
+  bool echoes = true;  ///< its line, if its command is window.trigger: not what has another line,
+                       ///< or what a macro must not repeat
 };
 
 /// [GUI thread]
@@ -47,11 +49,17 @@ class Actions {
   /// The shortcut that it was added with.
   [[nodiscard]] static QKeySequence default_keys(const QAction& action);
 
+  /// Gets the line of each entry that the user chooses and that calls no other command.
+  std::function<void(const std::string& line)> echo;
+
  private:
   QObject* owner_;
   std::vector<QAction*> all_;
   std::map<std::string, QAction*, std::less<>> by_name_;
 };
+
+/// The line that chooses an entry.
+[[nodiscard]] std::string trigger_line(std::string_view action);
 
 /// The command of an action, as Lua.
 [[nodiscard]] QString command_of(const QAction& action);

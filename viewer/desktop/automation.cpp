@@ -238,6 +238,7 @@ Result<Value> Automation::act(std::string_view what, const Map& args, Progress& 
 }
 
 Result<Value> Automation::act_here(std::string_view what, const Map& args) {
+  const Desk::Quiet quiet(window().desk());
   if (what == "actions") return actions();
   if (what == "trigger") return trigger(args);
   if (what == "open") return open(args);
@@ -302,11 +303,11 @@ Result<Value> Automation::trigger(const Map& args) {
 
 Result<Value> Automation::open(const Map& args) {
   if (const auto record = handle_at(args, "record")) {
-    const auto rows = window().navigator().model().rows_of({*record, {}});
     if (record->kind == "recording" || record->kind == "run") {
       window().open_handle(*record);
       return Value();
     }
+    const auto rows = window().navigator().model().rows_of({*record, {}});
     const QString name =
         rows.isEmpty() ? shown(record->kind) : rows.front().data(Qt::DisplayRole).toString();
     if (!window().open_view(*record, name))

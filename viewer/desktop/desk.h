@@ -112,7 +112,20 @@ class Desk : public QObject {
   ToolSettings tools;  ///< of all views
 
   /// Announces the line of something the window did itself, such as window.set{...}.
-  void echo(const std::string& line) { acted(line); }
+  void echo(const std::string& line) {
+    if (quiet_ == 0) acted(line);
+  }
+  /// While one exists, echo() announces nothing: what acts is a command with a line already.
+  class Quiet {
+   public:
+    explicit Quiet(Desk& desk) : desk_(desk) { ++desk_.quiet_; }
+    ~Quiet() { --desk_.quiet_; }
+    Quiet(const Quiet&) = delete;
+    Quiet& operator=(const Quiet&) = delete;
+
+   private:
+    Desk& desk_;
+  };
 
  private:
   explicit Desk(ioci::Application& app) : app_(app) {}
@@ -142,6 +155,7 @@ class Desk : public QObject {
   std::deque<std::shared_ptr<const Called>> called_;  ///< in order, neither reported nor ended
   std::map<std::uint64_t, std::string> gestures_;     ///< last line of each open gesture
   std::uint64_t session_ = 0;                         ///< number of the session; 0 = not known yet
+  int quiet_ = 0;                                     ///< how many Quiet there are
 };
 
 }  // namespace robomosp::viewer

@@ -87,19 +87,21 @@ void MainWindow::make_views_menu(QMenu* menu) {
   QMenu* own = menu->addMenu("Named views");
   own->setObjectName("user_views_menu");
   own->setToolTipsVisible(true);
-  actions_.add(own, {"save_view", "&Save this view...", "save", "Ctrl+Shift+V", ""}, [this](bool) {
-    ViewTab* view = current_view();
-    if (!view) return;
-    auto* dialog = new QInputDialog(this);
-    dialog->setObjectName("view_name_dialog");
-    dialog->setAttribute(Qt::WA_DeleteOnClose);
-    dialog->setWindowTitle("Save this view");
-    dialog->setLabelText("Name of the view");
-    dialog->setTextValue(QString("View %1").arg(settings_.user_views(record_of(*view)).size() + 1));
-    connect(dialog, &QInputDialog::textValueSelected, this,
-            [this](const QString& name) { save_user_view(name); });
-    dialog->open();
-  });
+  actions_.add(own, {"save_view", "&Save this view...", "save", "Ctrl+Shift+V", "", false, false},
+               [this](bool) {
+                 ViewTab* view = current_view();
+                 if (!view) return;
+                 auto* dialog = new QInputDialog(this);
+                 dialog->setObjectName("view_name_dialog");
+                 dialog->setAttribute(Qt::WA_DeleteOnClose);
+                 dialog->setWindowTitle("Save this view");
+                 dialog->setLabelText("Name of the view");
+                 dialog->setTextValue(
+                     QString("View %1").arg(settings_.user_views(record_of(*view)).size() + 1));
+                 connect(dialog, &QInputDialog::textValueSelected, this,
+                         [this](const QString& name) { save_user_view(name); });
+                 dialog->open();
+               });
   connect(own, &QMenu::aboutToShow, this, [this, own] { fill_user_views(*own); });
 }
 

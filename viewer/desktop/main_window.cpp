@@ -178,6 +178,7 @@ MainWindow::MainWindow(Desk& desk, Options options)
   column->addWidget(tabs_, 1);
   column->addWidget(make_empty(), 1);
   setCentralWidget(centre);
+  actions_.echo = [this](const std::string& line) { desk_.echo(line); };
 
   make_docks();
   make_actions();
@@ -433,7 +434,6 @@ void MainWindow::reset_layout() {
   leave_whole_start();
   settings_.forget_layouts();
   arrange(workspace_);
-  desk_.echo("window.trigger{action = \"view_reset_layout\"}");
 }
 
 QStringList MainWindow::panels() const {

@@ -335,9 +335,7 @@ void MainWindow::make_view_menu() {
   QMenu* panels = menu->addMenu("&Panels");
   panels->setObjectName("panels_menu");
   panels->setToolTipsVisible(true);
-  actions_.add(menu,
-               {"view_reset_layout", "Reset &layout", "", "",
-                "window.trigger{action = \"view_reset_layout\"}"},
+  actions_.add(menu, {"view_reset_layout", "Reset &layout", "", "", ""},
                [this](bool) { reset_layout(); });
   menu->addSeparator();
   make_display_menu(menu);
@@ -357,13 +355,10 @@ void MainWindow::make_view_menu() {
                [this](bool) { set_theme_and_zoom(true, theme().zoom); });
   actions_.add(menu, {"theme_light", "Li&ght", "sun", "", "window.set{theme = \"light\"}", true},
                [this](bool) { set_theme_and_zoom(false, theme().zoom); });
-  actions_.add(menu,
-               {"strong_borders", "Strong &borders", "", "",
-                "window.trigger{action = \"strong_borders\"}", true},
-               [this](bool on) {
-                 settings_.set_strong_borders(on);
-                 set_theme_and_zoom(theme().is_dark, theme().zoom);
-               });
+  actions_.add(menu, {"strong_borders", "Strong &borders", "", "", "", true}, [this](bool on) {
+    settings_.set_strong_borders(on);
+    set_theme_and_zoom(theme().is_dark, theme().zoom);
+  });
   connect(menu, &QMenu::aboutToShow, this, [this] {
     actions_.check("strong_borders", theme().has_strong_borders);
     actions_.check("theme_dark", theme().is_dark);
@@ -377,19 +372,23 @@ void MainWindow::make_run_menu() {
     ViewTab* view = current_view();
     return view ? &view->player() : nullptr;
   };
-  actions_.add(menu, {"play", "&Play", "play", "Space", ""}, [player](bool) {
-    if (Player* p = player()) p->play(!p->is_playing());
-  });
-  actions_.add(menu, {"to_start", "To the &start", "step_back", "Home", ""}, [player](bool) {
-    if (Player* p = player()) p->set_time(p->from());
-  });
-  actions_.add(menu, {"step_back", "Step &back", "chevron_left", "Ctrl+Left", ""}, [player](bool) {
-    if (Player* p = player()) p->step(-1);
-  });
-  actions_.add(menu, {"step_forward", "Step &forward", "chevron_right", "Ctrl+Right", ""},
-               [player](bool) {
-                 if (Player* p = player()) p->step(1);
-               });
+  // A live run is moved by commands, which have their lines.
+  const auto add = [&](const ActionSpec& spec, void (*act)(Player&)) {
+    ActionSpec silent = spec;
+    silent.echoes = false;
+    actions_.add(menu, silent, [this, player, act, line = trigger_line(spec.name)](bool) {
+      Player* p = player();
+      if (!p) return;
+      act(*p);
+      if (!p->is_run()) desk_.echo(line);
+    });
+  };
+  add({"play", "&Play", "play", "Space", ""}, [](Player& p) { p.play(!p.is_playing()); });
+  add({"to_start", "To the &start", "step_back", "Home", ""},
+      [](Player& p) { p.set_time(p.from()); });
+  add({"step_back", "Step &back", "chevron_left", "Ctrl+Left", ""}, [](Player& p) { p.step(-1); });
+  add({"step_forward", "Step &forward", "chevron_right", "Ctrl+Right", ""},
+      [](Player& p) { p.step(1); });
   actions_.add(menu, {"loop", "&Repeat", "loop", "", "", true}, [player](bool on) {
     if (Player* p = player()) p->set_loop(on);
   });
@@ -409,10 +408,10 @@ void MainWindow::make_run_menu() {
 
 void MainWindow::make_tools_menu() {
   QMenu* menu = add_menu(*menu_bar_, "&Tools", "tools_menu");
-  actions_.add(menu, {"palette", "&Find a command...", "search", "Ctrl+Shift+P", ""},
+  actions_.add(menu, {"palette", "&Find a command...", "search", "Ctrl+Shift+P", "", false, false},
                [this](bool) { palette_->open(); });
   menu->addSeparator();
-  actions_.add(menu, {"macro_record", "&Record a macro", "record_macro", "", "", true},
+  actions_.add(menu, {"macro_record", "&Record a macro", "record_macro", "", "", true, false},
                [this](bool on) {
                  show_panel("console");
                  console_->set_recording(on);
@@ -424,7 +423,7 @@ void MainWindow::make_tools_menu() {
     actions_.check("macro_record", console_->is_recording());
     actions_.enable("macro_save", console_->has_macro());
   });
-  actions_.add(menu, {"console_clear", "&Clear the console", "", "", ""},
+  actions_.add(menu, {"console_clear", "&Clear the console", "", "", "", false, false},
                [this](bool) { console_->clear(); });
   menu->addSeparator();
   actions_.add(menu, {"check_document", "C&heck everything", "ok", "", "fault.list{}"},
@@ -540,6 +539,7 @@ void MainWindow::fill_recent_menu(QMenu& menu) {
   if (menu.isEmpty()) menu.addAction("No files yet")->setEnabled(false);
 }
 
+void MainWindow::save_selected(bool as) {
 void MainWindow::reload_selected() {
   const auto record = record_to_save();
   if (!record) return;
@@ -556,7 +556,6 @@ void MainWindow::reload_selected() {
   });
 }
 
-void MainWindow::save_selected(bool as) {
   const auto wanted = record_to_save();
   if (!wanted) return;
   const Handle record = *wanted;

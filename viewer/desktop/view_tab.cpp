@@ -466,18 +466,18 @@ void ViewTab::hide_selection() {
   if (hidden_->count() == before)
     return desk_.failed(error(ErrorCode::unsupported, "no selected member is in this view",
                               "Select members of the world first."));
-  hidden_changed("window.trigger{action = \"hide_selection\"}");
+  hidden_changed(trigger_line("hide_selection"));
 }
 
 void ViewTab::isolate_selection() {
   if (!picture_ || !picture_->frame) return;
   hidden_->isolate(desk_.selection(), *picture_->frame);
-  hidden_changed("window.trigger{action = \"isolate_selection\"}");
+  hidden_changed(trigger_line("isolate_selection"));
 }
 
 void ViewTab::show_all() {
   hidden_->show_all();
-  hidden_changed("window.trigger{action = \"show_all\"}");
+  hidden_changed(trigger_line("show_all"));
 }
 
 void ViewTab::show_member(const std::string& path, bool on) {

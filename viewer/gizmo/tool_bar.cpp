@@ -79,12 +79,12 @@ void add_fading(MainWindow& window, Actions& actions, QMenu& menu) {
   auto* group = new QActionGroup(&window);
   for (const int by : kFadedBy) {
     const std::string name = "transparency_" + std::to_string(by),
-                      text = by == 0 ? std::string("&None") : std::to_string(by) + " %",
-                      command = "window.trigger{action = \"" + name + "\"}";
-    group->addAction(actions.add(
-        fading, {name.c_str(), text.c_str(), "", "", command.c_str(), true}, [&window, by](bool) {
-          if (ViewTab* view = window.current_view()) view->fade_selection(1 - by / 100.0);
-        }));
+                      text = by == 0 ? std::string("&None") : std::to_string(by) + " %";
+    group->addAction(actions.add(fading, {name.c_str(), text.c_str(), "", "", "", true, false},
+                                 [&window, by](bool) {
+                                   if (ViewTab* view = window.current_view())
+                                     view->fade_selection(1 - by / 100.0);
+                                 }));
   }
   QObject::connect(fading, &QMenu::aboutToShow, &window, [&window, &actions] {
     const ViewTab* view = window.current_view();
@@ -105,9 +105,7 @@ void add_tool_actions(MainWindow& window, Actions& actions, QMenu& menu) {
       desk->tools.changed();
     };
   };
-  const auto trigger = [](const std::string& name) {
-    return "window.trigger{action = \"" + name + "\"}";
-  };
+  const auto trigger = [](const std::string& name) { return trigger_line(name); };
   auto* tools = new QActionGroup(&window);
   for (const ToolEntry& each : kTools)
     tools->addAction(actions.add(
@@ -133,15 +131,12 @@ void add_tool_actions(MainWindow& window, Actions& actions, QMenu& menu) {
       if (ViewTab* view = window.current_view()) (view->*act)();
     };
   };
-  actions.add(
-      &menu,
-      {"hide_selection", "&Hide the selection", "hidden", "H", trigger("hide_selection").c_str()},
-      on_view(&ViewTab::hide_selection));
+  actions.add(&menu, {"hide_selection", "&Hide the selection", "hidden", "H", "", false, false},
+              on_view(&ViewTab::hide_selection));
   actions.add(&menu,
-              {"isolate_selection", "Hide all &but the selection", "", "Shift+H",
-               trigger("isolate_selection").c_str()},
+              {"isolate_selection", "Hide all &but the selection", "", "Shift+H", "", false, false},
               on_view(&ViewTab::isolate_selection));
-  actions.add(&menu, {"show_all", "Sh&ow all", "eye", "", trigger("show_all").c_str()},
+  actions.add(&menu, {"show_all", "Sh&ow all", "eye", "", "", false, false},
               on_view(&ViewTab::show_all));
   add_fading(window, actions, menu);
   menu.addSeparator();
