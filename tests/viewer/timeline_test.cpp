@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include <QAction>
 #include <QApplication>
 #include <QElapsedTimer>
 #include <QFile>
@@ -45,8 +46,8 @@
 #include "viewer/forms/properties_panel.h"
 #include "viewer/forms/schema_form.h"
 #include "viewer/theme/theme.h"
-#include "viewer/timeline/variables.h"
 #include "viewer/scene/linear.h"
+#include "viewer/timeline/variables.h"
 #include "viewer/widgets/number_field.h"
 #include "viewer/window_test.h"
 
@@ -202,7 +203,6 @@ class TimelineTest : public WindowTest {
 };
 
 TEST_F(TimelineTest, PlotsTorquesAndSpeedsWithTheirValuesUnderTheCursor) {
-  const Handle run = shown_run();
 TEST_F(TimelineTest, ARecordingOrRunOpensTheTabOfWhatItMoves) {
   const Handle box = made(
       "solid.create",
@@ -278,6 +278,7 @@ TEST_F(TimelineTest, ARecordingOrRunOpensTheTabOfWhatItMoves) {
   EXPECT_EQ(window_->current_view()->what(), arm) << "another tab was taken";
 }
 
+  const Handle run = shown_run();
   ASSERT_EQ(lanes().lanes().size(), 2u);
   EXPECT_EQ(lanes().lanes()[0].title, "Torque [N m]");
   EXPECT_EQ(lanes().lanes()[1].title, "Velocity [°/s]");
@@ -948,6 +949,67 @@ TEST_F(TimelineTest, PlotsAreVisibleBesideTheBandsInUsualSizes) {
       window_->set_theme_and_zoom(is_dark, 1);
       window_->reset_layout();
       settle();
+TEST_F(TimelineTest, AProgramIsRunLiveFromTheMenuAndPausedSteppedAndStopped) {
+  const Handle arm = made("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}}}});
+  const Handle count = made("program.create", {{"name", "count"},
+                                               {"source",
+                                                "PROGRAM count;\nVAR INT: i;\nBEGIN\n"
+                                                "  FOR i := 1 TO 100\n    WAIT 0.1 SEC;\n"
+                                                "  ENDFOR;\nENDPROGRAM;\n"}});
+  world_ = made("world.create", {{"name", "cell"}});
+  const Handle hall = made("world.create", {{"name", "hall"}});
+  called("world.add_robot", {{"id", world_}, {"robot", arm}});
+  called("world.add_program", {{"id", world_}, {"program", count}, {"name", "counter"}});
+  ASSERT_NE(window_->open_view(hall, "hall"), nullptr);
+  settle();
+  // The record is a member of the other world.
+  desk_->select({{count, ""}});
+  QAction* live = window_->actions().find("run_live_tasks");
+  ASSERT_NE(live, nullptr);
+  EXPECT_TRUE(live->isEnabled());
+  EXPECT_FALSE(window_->actions().find("run_live_physics")->menu());
+  live->trigger();
+  CommandPalette& palette = window_->palette();
+  ASSERT_TRUE(until([&] { return palette.isVisible() && palette.has_form(); }));
+  ASSERT_EQ(palette.form()->command(), "world.start_run");
+  const Map filled = palette.form()->values();
+  EXPECT_TRUE(handle_at(filled, "id") == world_ || text_at(filled, "id") == "cell");
+  EXPECT_EQ(text_at(filled, "of"), "tasks");
+  EXPECT_EQ(text_at(map_at(filled, "with"), "program"), "counter");
+  QTest::keyClick(palette.form(), Qt::Key_Return, Qt::ControlModifier);
+  auto* show = widget<QPushButton>("command_form.show_result");
+  ASSERT_TRUE(until([&] { return show->isVisible(); })) << faults_of_form();
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("world.start_run{"); }));
+  QTest::mouseClick(show, Qt::LeftButton);
+  ASSERT_TRUE(until([&] {
+    const ViewTab* view = window_->current_view();
+    return view && view->what() == world_ && view->run();
+  }));
+  palette.hide();
+  settle();
+  const Handle run = *window_->current_view()->run();
+  const auto state = [&](const char* field) {
+    return number_at(map_of(called("run.state", {{"id", run}})), field);
+  };
+  QAction* play = window_->actions().find("play");
+  ASSERT_TRUE(until([&] { return play->isEnabled(); }));
+  play->trigger();
+  ASSERT_TRUE(until([&] { return player().is_playing() && player().time() > 0.1; }));
+  play->trigger();
+  ASSERT_TRUE(until([&] { return !player().is_playing(); }));
+  settle();
+  EXPECT_FALSE(window_->console().text().contains("window.trigger{action = \"play\"}"))
+      << "a live run has the lines of run.play and run.pause";
+  const double row = state("row");
+  window_->actions().find("step_forward")->trigger();
+  EXPECT_TRUE(until([&] { return state("row") == row + 1; }));
+  click("timeline_stop");
+  EXPECT_TRUE(until([&] { return window_->console().text().contains("run.stop{"); }) ||
+              window_->console().text().contains(":stop("));
+  settle();
+  EXPECT_LT(state("time"), 9);
+}
+
       photograph(
           ("timeline_" + std::to_string(size.width()) + (is_dark ? "_dark" : "_light")).c_str());
       ASSERT_EQ(window_->size(), size);

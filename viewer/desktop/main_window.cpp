@@ -746,6 +746,7 @@ void MainWindow::show_tab_state() {
   enable_saving();
   show_hidden_count();
   navigator_->refresh_eyes();
+  enable_live();
   for (const char* name : {"fit",
                            "fly_to_selection",
                            "view_isometric",
@@ -1016,6 +1017,7 @@ void MainWindow::show_selection() {
   const bool is_one = selection.size() == 1;
   enable_saving();
   actions_.enable("duplicate", is_record);
+  enable_live();
   actions_.enable("rename", is_one);
   actions_.enable("delete", !selection.empty());
   actions_.enable("open_selected", is_one);

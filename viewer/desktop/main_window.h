@@ -127,6 +127,16 @@ class MainWindow : public QMainWindow {
   void save_user_view(const QString& name);
   void check_views(const ViewLook& look, bool has_view);
   void make_run_menu();
+  // main_window_live.cpp
+  void make_live_menu(QMenu* menu);
+  /// The world or robot that a live run would be of: selected, or else shown.
+  [[nodiscard]] std::optional<Handle> live_subject() const;
+  void enable_live();
+  /// Opens the form of the command that starts a live run. `with`: arguments of the simulation.
+  void open_live_form(const Handle& subject, const char* of, Map with);
+  void run_tasks_live();
+  /// Opens the form for the first of the worlds that a task or program is a member of.
+  void run_in_a_world(const Handle& record, std::vector<Handle> worlds);
   void make_tools_menu();
   void make_top_bar();
   void make_docks();
@@ -179,7 +189,11 @@ class MainWindow : public QMainWindow {
   void add_toggle(QMenu* menu, const ActionSpec& spec, bool ViewLook::*flag);
   void new_record(const char* kind, Map fields);
   void open_file();
+  /// What Save, Save as and Reload take: the selected record or that of the selected parts; with
+  /// nothing selected, that of the current tab.
+  [[nodiscard]] std::optional<Handle> record_to_save() const;
   void save_selected(bool as);
+  void reload_selected();
   /// Opens the form of the picture of what the current view shows, at the time that it shows.
   void save_picture();
   /// Opens the form of a film of the recording or live run that moves the current view.
@@ -189,11 +203,7 @@ class MainWindow : public QMainWindow {
   void save_macro();
   void run_script();
   void remove_selected();
-  /// What Save, Save as and Reload take: the selected record or that of the selected parts; with
-  /// nothing selected, that of the current tab.
-  [[nodiscard]] std::optional<Handle> record_to_save() const;
   void duplicate_selected();
-  void reload_selected();
   void fill_context_menu(QMenu& menu);
   void fill_recent_menu(QMenu& menu);
   /// Shows them in the tab of what they move.

@@ -400,6 +400,7 @@ void MainWindow::make_run_menu() {
                {"simulate", "Simulate the &motion", "run", "Ctrl+R",
                 "world.inverse_kinematics{id = ..., robot = ..., trajectory = ...}"},
                [this](bool) { simulate(); });
+  make_live_menu(menu);
   actions_.add(menu, {"run_script", "Run s&cript...", "program", "Ctrl+Shift+R", "dofile(file)"},
                [this](bool) { run_script(); });
   actions_.add(menu, {"cancel_jobs", "C&ancel all jobs", "stop", "Ctrl+.", "job.cancel(id)"},
@@ -539,7 +540,6 @@ void MainWindow::fill_recent_menu(QMenu& menu) {
   if (menu.isEmpty()) menu.addAction("No files yet")->setEnabled(false);
 }
 
-void MainWindow::save_selected(bool as) {
 void MainWindow::reload_selected() {
   const auto record = record_to_save();
   if (!record) return;
@@ -556,6 +556,7 @@ void MainWindow::reload_selected() {
   });
 }
 
+void MainWindow::save_selected(bool as) {
   const auto wanted = record_to_save();
   if (!wanted) return;
   const Handle record = *wanted;
@@ -709,9 +710,9 @@ void MainWindow::duplicate_selected() {
 }
 
 void MainWindow::fill_context_menu(QMenu& menu) {
-  for (const char* name :
-       {"open_selected", "", "rename", "duplicate", "delete", "", "save", "save_as", "reload", "",
-        "simulate", "fly_to_selection", "hide_selection", "isolate_selection", "transparency"}) {
+  for (const char* name : {"open_selected", "", "rename", "duplicate", "delete", "", "save",
+                           "save_as", "reload", "", "simulate", "run_live", "fly_to_selection",
+                           "hide_selection", "isolate_selection", "transparency"}) {
     if (*name == 0) menu.addSeparator();
     else if (QAction* action = actions_.find(name); action && action->isEnabled())
       menu.addAction(action);
