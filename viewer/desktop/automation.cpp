@@ -312,7 +312,7 @@ Result<Value> Automation::open(const Map& args) {
         rows.isEmpty() ? shown(record->kind) : rows.front().data(Qt::DisplayRole).toString();
     if (!window().open_view(*record, name))
       return error(ErrorCode::unsupported, "this system can draw no picture in a window",
-                   "doctor() reports why.");
+                   "robomosp-desktop --graphics reports why.");
     window().desk().select({{*record, {}}});
     return Value();
   }

@@ -860,7 +860,8 @@ void MainWindow::make_status_bar() {
   });
   status_undo_ = status_label("status_undo", "Next step to undo", "Ctrl+Z undoes it");
   status_renderer_ =
-      status_label("status_renderer", "Renderer", "What draws the pictures; doctor() reports more");
+      status_label("status_renderer", "Renderer",
+                   "What draws the pictures\nrobomosp-desktop --graphics reports more");
   status_server_ = new QToolButton;
   status_server_->setObjectName("status_server");
   status_server_->setToolTip(
@@ -1016,8 +1017,8 @@ void MainWindow::show_selection() {
                          selection.front().record.kind != "run";
   const bool is_one = selection.size() == 1;
   enable_saving();
-  actions_.enable("duplicate", is_record);
   enable_live();
+  actions_.enable("duplicate", is_record);
   actions_.enable("rename", is_one);
   actions_.enable("delete", !selection.empty());
   actions_.enable("open_selected", is_one);
