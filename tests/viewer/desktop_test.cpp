@@ -22,6 +22,7 @@
 #include <QLabel>
 #include <QLineEdit>
 #include <QMenu>
+#include <QListView>
 #include <QMenuBar>
 #include <QPersistentModelIndex>
 #include <QPlainTextEdit>
@@ -312,7 +313,6 @@ TEST_F(DesktopTest, FinePicturesAreSwitchedForAllViewsAndLaterStarts) {
   show_window();
   ASSERT_NE(window_->open_view(world, "cell"), nullptr);
   EXPECT_TRUE(window_->current_view()->look().is_refined_at_rest);
-}
 TEST_F(DesktopTest, SaveAndReloadTakeTheRecordOfASelectedPartOrOfTheTab) {
   const Handle world = shown_world();
   const QString file = folder_.filePath("cell.wld");
@@ -353,6 +353,7 @@ TEST_F(DesktopTest, SaveAndReloadTakeTheRecordOfASelectedPartOrOfTheTab) {
   EXPECT_FALSE(action("save_as")->isEnabled()) << "nothing is selected or shown";
 }
 
+}
 
 TEST_F(DesktopTest, ShortcutsAreUnique) {
   std::map<QString, QString> by_keys;
@@ -487,7 +488,6 @@ TEST_F(DesktopTest, AJobShowsItsProgressAndIsCancelled) {
   const Handle arm =
       made("robot.create",
            {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}, Map{{"a", 0.2}}, Map{{"a", 0.2}}}}});
-  bool has_ended = false;
 TEST_F(DesktopTest, EntriesOfTheMenusShowTheirLinesOnceAndAMacroRepeatsThem) {
   const Handle world = shown_world();
   const ViewTab* view = window_->current_view();
@@ -533,6 +533,7 @@ TEST_F(DesktopTest, EntriesOfTheMenusShowTheirLinesOnceAndAMacroRepeatsThem) {
   settle();
 }
 
+  bool has_ended = false;
   desk_->start("robot.workspace", {{"id", arm}, {"samples", 10000000}, {"collisions", true}},
                [&](const Result<Value>& r) {
                  has_ended = true;
@@ -542,6 +543,31 @@ TEST_F(DesktopTest, EntriesOfTheMenusShowTheirLinesOnceAndAMacroRepeatsThem) {
   ASSERT_TRUE(until([&] { return widget<QLabel>("status_job")->isVisible() || has_ended; }));
   ASSERT_FALSE(has_ended);
   QTest::mouseClick(widget("status_cancel"), Qt::LeftButton);
+TEST_F(DesktopTest, AMessageSelectsThePartThatItIsAbout) {
+  const Handle arm = made(
+      "robot.create",
+      {{"name", "arm"},
+       {"links", List{Map{{"name", "upper"}, {"a", 0.3}}, Map{{"name", "fore"}, {"a", 0.2}}}}});
+  const Handle world = shown_world();
+  auto* list = widget<QListView>("messages_list");
+  const auto selected_by = [&](const Handle& record, const char* path) {
+    auto fault = std::make_shared<Fault>();
+    fault->subject.record = record;
+    fault->subject.path = path;
+    desk_->select({});
+    window_->messages().add(Severity::warning, "a fault", std::move(fault));
+    const QModelIndex last = list->model()->index(list->model()->rowCount() - 1, 0);
+    QMetaObject::invokeMethod(list, "activated", Q_ARG(QModelIndex, last));
+    EXPECT_TRUE(until([&] { return !desk_->selection().empty(); }));
+    return desk_->selection();
+  };
+  EXPECT_EQ(selected_by(arm, "links[2].given.mass"), (Selection{{arm, "links.fore"}}));
+  EXPECT_EQ(selected_by(arm, "links.upper.a"), (Selection{{arm, "links.upper"}}));
+  EXPECT_EQ(selected_by(world, "objects[1]"), (Selection{{world, "objects.left"}}));
+  EXPECT_EQ(selected_by(world, "objects.none"), (Selection{{world, ""}}));
+  EXPECT_EQ(selected_by(arm, "gravity"), (Selection{{arm, ""}}));
+}
+
   EXPECT_TRUE(until([&] { return has_ended; }));
   EXPECT_TRUE(until([&] { return !widget<QLabel>("status_job")->isVisible(); }));
 }

@@ -313,7 +313,29 @@ void MessagesPanel::follow(const QModelIndex& index, bool mend) {
     desk_.act(remedy.command, remedy.args);
     return;
   }
-  if (fault->subject.record.number != 0) desk_.select({{fault->subject.record, {}}}, this);
+  if (fault->subject.record.number != 0) select_part(fault->subject.record, fault->subject.path);
+}
+
+void MessagesPanel::select_part(const Handle& record, const std::string& path) {
+  const std::string list = path.substr(0, path.find_first_of(".["));
+  if (path.empty() || list == path) return desk_.select({{record, {}}}, this);
+  desk_.ask("record.outline", {{"id", record}, {"group", list}}, *this,
+            [this, record, list, path](const Result<Value>& r) {
+              // Faults name a part by its place in the list or by its name.
+              std::string part;
+              const auto is_in = [&](const std::string& whole) {
+                return path == whole || path.starts_with(whole + ".") ||
+                       path.starts_with(whole + "[");
+              };
+              if (r.ok())
+                for (const Value& group : list_of(*r))
+                  for (const Value& row : list_at(map_of(group), "rows")) {
+                    const std::string name = text_at(map_of(row), "path");
+                    const auto number = std::to_string(whole_at(map_of(row), "number"));
+                    if (is_in(name) || is_in(list + "[" + number + "]")) part = name;
+                  }
+              desk_.select({{record, part}}, this);
+            });
 }
 
 }  // namespace robomosp::viewer

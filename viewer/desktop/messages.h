@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <QAbstractListModel>
@@ -66,6 +67,8 @@ class MessagesPanel : public QWidget {
 
  private:
   void follow(const QModelIndex& index, bool mend);
+  /// Selects the part of a record that a path of a fault lies in.
+  void select_part(const Handle& record, const std::string& path);
 
   Desk& desk_;
   MessageModel* model_;
