@@ -18,6 +18,7 @@
 #include <QApplication>
 #include <QClipboard>
 #include <QKeyEvent>
+#include <QMenu>
 #include <QMouseEvent>
 #include <QTemporaryDir>
 #include <QTest>
@@ -735,6 +736,21 @@ TEST_F(GizmoTest, MembersAndTheirPartsAreDrawnTransparentByMenuAndCommand) {
   ASSERT_TRUE(until([&] { return answer.result() != nullptr; }));
   ASSERT_FALSE(answer.result()->ok());
   EXPECT_NE(answer.result()->error().sentence().find("objects.none"), std::string::npos);
+  // The menu marks what the selection has.
+  called("window.fade_member", {{"record", world}, {"member", "objects.right"}, {"opacity", 0.25}});
+  settle();
+  QMenu* menu = window_->findChild<QMenu*>("transparency_menu");
+  ASSERT_NE(menu, nullptr);
+  const auto marked = [&](const char* member) {
+    select(world, member);
+    QMetaObject::invokeMethod(menu, "aboutToShow");
+    std::string out;
+    for (const QAction* each : menu->actions())
+      if (each->isChecked()) out += utf8(each->objectName());
+    return out;
+  };
+  EXPECT_EQ(marked("objects.left"), "transparency_0");
+  EXPECT_EQ(marked("objects.right"), "transparency_75");
   // Nothing is selected: a sentence, not silence.
   std::vector<std::string> failures;
   QObject listener;

@@ -91,7 +91,7 @@ void add_fading(MainWindow& window, Actions& actions, QMenu& menu) {
     const Selection& selection = window.desk().selection();
     const double now = view && !selection.empty() ? view->opacity_of(selection.front()) : 1;
     for (const int by : kFadedBy)
-      actions.check("clear_" + std::to_string(by), std::fabs(1 - by / 100.0 - now) < 1e-6);
+      actions.check("transparency_" + std::to_string(by), std::fabs(1 - by / 100.0 - now) < 1e-6);
   });
 }
 
