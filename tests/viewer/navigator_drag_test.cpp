@@ -2,6 +2,7 @@
 // Dragging from the navigator, its kinds and menus, and the stories of the start page.
 #include "viewer/window_test.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <QCheckBox>
@@ -106,6 +107,32 @@ TEST_F(DragTest, ARobotOfTheLibraryIsPlacedWhereTheRayMeetsTheFloor) {
   EXPECT_TRUE(window_->console().text().contains("world.add_robot{"));
   called("document.undo", {});
   EXPECT_TRUE(list_of(called("world.robots", {{"id", world}})).empty());
+}
+
+TEST_F(DragTest, ADropOfSeveralRowsIsOneStepWithALineForEach) {
+  const Handle world = cell();
+  const std::size_t before = list_at(map_of(called("document.history", {})), "undo").size();
+  std::vector<std::string> lines;
+  desk_->acted.add(window_.get(), [&](const std::string& line) { lines.push_back(line); });
+  ViewTab& view = *window_->current_view();
+  const QModelIndexList rows{row({"Library", "Robots", "puma560"}),
+                             row({"Library", "Objects", "table"}), row({"Solids", "plate"})};
+  drop(rows, view,
+       view.display().mapTo(&view,
+                            QPoint(view.display().width() / 2, view.display().height() - 12)));
+  const auto members = [&] {
+    return list_of(called("world.robots", {{"id", world}})).size() +
+           list_of(called("world.objects", {{"id", world}})).size();
+  };
+  ASSERT_TRUE(until([&] { return members() == 4; })) << members();
+  settle();
+  EXPECT_EQ(list_at(map_of(called("document.history", {})), "undo").size(), before + 1);
+  EXPECT_EQ(desk_->selection().size(), 3U);
+  EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
+                          [](const std::string& line) { return line.starts_with("world.add_"); }),
+            3);
+  called("document.undo", {});
+  EXPECT_EQ(members(), 1U);
 }
 
 TEST_F(DragTest, ADropOnOneOfFourViewsMeetsTheFloorThere) {

@@ -79,6 +79,14 @@ Desk::Answer Desk::act(std::string command, Map args, Done done) {
   return client().call(std::move(command), std::move(args), std::move(report));
 }
 
+Desk::Answer Desk::act_in(const ioci::Client::Edits& gesture, std::string command, Map args,
+                          Done done) {
+  Done report = reported(command, true, std::move(done));
+  ioci::Client::How how;
+  how.in = gesture;
+  return client().call(std::move(command), std::move(args), std::move(report), std::move(how));
+}
+
 Desk::Answer Desk::start(std::string command, Map args, Done done) {
   Done report = reported(command, true, std::move(done));
   return client().start(std::move(command), std::move(args), std::move(report));
@@ -174,6 +182,16 @@ void Desk::take_unsaved(const ioci::Event& event) {
   }
 }
 
+void Desk::add_gesture_line(const ioci::CommandRun& run) {
+  auto& lines = gestures_[run.gesture];
+  // A drag repeats its command with other values; what adds something counts each time.
+  const auto before = std::find_if(lines.begin(), lines.end(), [&](const auto& each) {
+    return each.first == run.command && run.command.find(".add_") == std::string::npos;
+  });
+  if (before == lines.end()) lines.emplace_back(run.command, run.line);
+  else before->second = run.line;
+}
+
 void Desk::take(const ioci::Event& event) {
   take_unsaved(event);
   if (event.topic == Topic::command && event.command && event.command->author.session == session_ &&
@@ -187,10 +205,11 @@ void Desk::take(const ioci::Event& event) {
     if (call != called_.end()) called_.erase(call);
     if (is_echoed && !run.failure && !run.only_reads) {
       if (run.gesture == 0 && run.draft == 0) acted(run.line);
-      else if (run.gesture != 0) gestures_[run.gesture] = run.line;
+      else if (run.gesture != 0) add_gesture_line(run);
     }
     if (run.command == "gesture.commit") {
-      for (const auto& [number, line] : gestures_) acted(line);
+      for (const auto& [number, lines] : gestures_)
+        for (const auto& [command, line] : lines) acted(line);
       gestures_.clear();
     } else if (run.command == "gesture.cancel") {
       gestures_.clear();

@@ -11,6 +11,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <QObject>
@@ -60,6 +61,8 @@ class Desk : public QObject {
 
   /// Calls a command for the user. A failure without `done` is announced by `failed`.
   Answer act(std::string command, Map args = {}, Done done = {});
+  /// The same as a part of a gesture; of none it is act().
+  Answer act_in(const ioci::Client::Edits& gesture, std::string command, Map args, Done done);
   /// The same as a job, for commands that may take long.
   Answer start(std::string command, Map args = {}, Done done = {});
   /// Calls a command for the window itself, to show something. Failures are ignored without `done`.
@@ -132,6 +135,7 @@ class Desk : public QObject {
   void deliver();
   void take(const ioci::Event& event);
   void take_unsaved(const ioci::Event& event);
+  void add_gesture_line(const ioci::CommandRun& run);
   /// Reads the list again, where events about it were dropped.
   void ask_unsaved();
   Done counted(Done done);
@@ -151,11 +155,12 @@ class Desk : public QObject {
   QTimer unsaved_timer_;  ///< until the edits are over
   std::size_t calls_ = 0;
   int evaluating_ = 0;                                ///< inputs of the console that have not ended
+  int quiet_ = 0;                                     ///< how many Quiet there are
   int scripts_ = 0;                                   ///< that were opened and have not ended
   std::deque<std::shared_ptr<const Called>> called_;  ///< in order, neither reported nor ended
-  std::map<std::uint64_t, std::string> gestures_;     ///< last line of each open gesture
-  std::uint64_t session_ = 0;                         ///< number of the session; 0 = not known yet
-  int quiet_ = 0;                                     ///< how many Quiet there are
+  /// The lines of each open gesture, with the names of their commands.
+  std::map<std::uint64_t, std::vector<std::pair<std::string, std::string>>> gestures_;
+  std::uint64_t session_ = 0;  ///< number of the session; 0 = not known yet
 };
 
 }  // namespace robomosp::viewer

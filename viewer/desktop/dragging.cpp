@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -95,6 +96,10 @@ Result<Placing> placing_of(const DraggedRow& row) {
 
 void place_rows(Desk& desk, const Handle& world, const std::vector<DraggedRow>& rows,
                 const std::optional<Vec3>& position) {
+  ioci::Client::Edits step;
+  if (rows.size() > 1)
+    step = desk.client().begin_gesture("add " + std::to_string(rows.size()) + " members");
+  const auto placed = std::make_shared<Selection>();
   for (const DraggedRow& row : rows) {
     auto placing = placing_of(row);
     if (!placing.ok()) {
@@ -112,12 +117,19 @@ void place_rows(Desk& desk, const Handle& world, const std::vector<DraggedRow>& 
                        : row.kind == "task"       ? "tasks."
                        : row.kind == "program"    ? "programs."
                                                   : "objects.";
-    desk.act(std::move(placing->command), std::move(placing->args),
-             [&desk, world, list](const Result<Value>& r) {
-               if (!r.ok()) return desk.failed(r.error());
-               if (const std::string* name = r->as_string()) desk.select({{world, list + *name}});
-             });
+    desk.act_in(step, std::move(placing->command), std::move(placing->args),
+                [&desk, world, list, placed](const Result<Value>& r) {
+                  if (!r.ok()) return desk.failed(r.error());
+                  const std::string* name = r->as_string();
+                  if (!name) return;
+                  placed->push_back({world, list + *name});
+                  desk.select(*placed);
+                });
   }
+  if (step)
+    desk.client().commit(step, [&desk](const Result<Value>& r) {
+      if (!r.ok()) desk.failed(r.error());
+    });
 }
 
 // --- the outline of what is dropped ----------------------------------------------------------

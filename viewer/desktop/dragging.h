@@ -51,7 +51,7 @@ struct Placing {
   Map args;
 };
 [[nodiscard]] Result<Placing> placing_of(const DraggedRow& row);
-/// Puts rows into a world, each at `position` if it has a place there: one step to undo each.
+/// Puts rows into a world, each at `position` if it has a place there: one step to undo.
 void place_rows(Desk& desk, const Handle& world, const std::vector<DraggedRow>& rows,
                 const std::optional<Vec3>& position);
 
