@@ -19,6 +19,7 @@
 #include <QApplication>
 #include <QElapsedTimer>
 #include <QFile>
+#include <QFileDialog>
 #include <QImage>
 #include <QLabel>
 #include <QLineEdit>
@@ -45,8 +46,8 @@
 #include "viewer/forms/command_palette.h"
 #include "viewer/forms/properties_panel.h"
 #include "viewer/forms/schema_form.h"
-#include "viewer/theme/theme.h"
 #include "viewer/scene/linear.h"
+#include "viewer/theme/theme.h"
 #include "viewer/timeline/variables.h"
 #include "viewer/widgets/number_field.h"
 #include "viewer/window_test.h"
@@ -202,7 +203,6 @@ class TimelineTest : public WindowTest {
   Handle world_;
 };
 
-TEST_F(TimelineTest, PlotsTorquesAndSpeedsWithTheirValuesUnderTheCursor) {
 TEST_F(TimelineTest, ARecordingOrRunOpensTheTabOfWhatItMoves) {
   const Handle box = made(
       "solid.create",
@@ -278,6 +278,7 @@ TEST_F(TimelineTest, ARecordingOrRunOpensTheTabOfWhatItMoves) {
   EXPECT_EQ(window_->current_view()->what(), arm) << "another tab was taken";
 }
 
+TEST_F(TimelineTest, PlotsTorquesAndSpeedsWithTheirValuesUnderTheCursor) {
   const Handle run = shown_run();
   ASSERT_EQ(lanes().lanes().size(), 2u);
   EXPECT_EQ(lanes().lanes()[0].title, "Torque [N m]");
@@ -470,6 +471,19 @@ TEST_F(TimelineTest, WhatIsShownIsWrittenByACommand) {
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_NE((lines[0] + lines[1]).find("recording.csv{"), std::string::npos);
   EXPECT_NE((lines[0] + lines[1]).find("recording.plot{"), std::string::npos);
+  // From the menu, by a dialog that does not hold up the window.
+  auto* menu = timeline().findChild<QMenu*>("timeline_menu");
+  ASSERT_NE(menu, nullptr);
+  QMetaObject::invokeMethod(menu, "aboutToShow");
+  auto* entry = menu->findChild<QAction*>("export_png");
+  ASSERT_NE(entry, nullptr);
+  entry->trigger();
+  auto* dialog = window_->findChild<QFileDialog*>("export_dialog");
+  ASSERT_NE(dialog, nullptr);
+  const QString picture = folder_.filePath("shown.png");
+  dialog->selectFile(picture);
+  QMetaObject::invokeMethod(dialog, "accept");
+  EXPECT_TRUE(until([&] { return QFile::exists(picture); }));
 }
 
 TEST_F(TimelineTest, ARecordingThatIsOutOfDateSaysSoAndRunsAgainByAClick) {
@@ -935,20 +949,6 @@ TEST_F(TimelineTest, EveryWidgetHasItsNamesInBothThemesAndZoomed) {
   settle();
 }
 
-TEST_F(TimelineTest, PlotsAreVisibleBesideTheBandsInUsualSizes) {
-  shown_run();
-  show(made("world.inverse_dynamics", {{"id", world_},
-                                       {"robot", "pa10"},
-                                       {"trajectory", "circle"},
-                                       {"sample_time", 0.5},
-                                       {"clearance", true}}));
-  player().set_time(25);
-  for (const QSize size : {QSize(1920, 1200), QSize(1440, 900)})
-    for (const bool is_dark : {true, false}) {
-      window_->resize(size);
-      window_->set_theme_and_zoom(is_dark, 1);
-      window_->reset_layout();
-      settle();
 TEST_F(TimelineTest, AProgramIsRunLiveFromTheMenuAndPausedSteppedAndStopped) {
   const Handle arm = made("robot.create", {{"name", "arm"}, {"links", List{Map{{"a", 0.3}}}}});
   const Handle count = made("program.create", {{"name", "count"},
@@ -1010,6 +1010,20 @@ TEST_F(TimelineTest, AProgramIsRunLiveFromTheMenuAndPausedSteppedAndStopped) {
   EXPECT_LT(state("time"), 9);
 }
 
+TEST_F(TimelineTest, PlotsAreVisibleBesideTheBandsInUsualSizes) {
+  shown_run();
+  show(made("world.inverse_dynamics", {{"id", world_},
+                                       {"robot", "pa10"},
+                                       {"trajectory", "circle"},
+                                       {"sample_time", 0.5},
+                                       {"clearance", true}}));
+  player().set_time(25);
+  for (const QSize size : {QSize(1920, 1200), QSize(1440, 900)})
+    for (const bool is_dark : {true, false}) {
+      window_->resize(size);
+      window_->set_theme_and_zoom(is_dark, 1);
+      window_->reset_layout();
+      settle();
       photograph(
           ("timeline_" + std::to_string(size.width()) + (is_dark ? "_dark" : "_light")).c_str());
       ASSERT_EQ(window_->size(), size);

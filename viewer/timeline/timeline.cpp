@@ -605,10 +605,14 @@ void Timeline::fill_more_menu(QMenu& menu) {
   };
   const bool is_recording = data_ && !data_->is_run();
   const auto write = [this](const QString& title, const QString& pattern) {
-    const QPointer<Timeline> self = this;  // the window may be closed meanwhile
-    const QString file = QFileDialog::getSaveFileName(this, title, {}, pattern, nullptr,
-                                                      QFileDialog::DontUseNativeDialog);
-    if (self && !file.isEmpty()) write_file(file);
+    auto* dialog = new QFileDialog(this, title, {}, pattern);
+    dialog->setObjectName("export_dialog");
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    dialog->setAcceptMode(QFileDialog::AcceptSave);
+    dialog->setDefaultSuffix(QString(pattern).remove("*."));
+    connect(dialog, &QFileDialog::fileSelected, this,
+            [this](const QString& file) { write_file(file); });
+    dialog->open();
   };
   for (const auto& [name, text, pattern] :
        {std::tuple{"export_csv", "Write the plotted columns as CSV…", "*.csv"},
