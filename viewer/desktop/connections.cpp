@@ -63,13 +63,13 @@ W* named(W* widget, const QString& name, const QString& words, const QString& ti
 }
 
 QTreeWidget* table(const QString& name, const QString& words, const QStringList& columns) {
-  auto* t = named(new QTreeWidget, name, words, QString());
+  auto* t = named(new QTreeWidget, name, words, words);
   t->setColumnCount(static_cast<int>(columns.size()));
   t->setHeaderLabels(columns);
   t->setRootIsDecorated(false);
   t->setUniformRowHeights(true);
   t->setAllColumnsShowFocus(true);
-  named(t->header(), name + "_header", "Columns", QString());
+  named(t->header(), name + "_header", "Columns", "Columns of the list");
   return t;
 }
 
@@ -159,7 +159,8 @@ ConnectionsPanel::ConnectionsPanel(Desk& desk, QWidget* parent)
   setAccessibleName("Connections");
   setProperty("ground", "panel");
   named(pages_, "connections_pages", "Server, clients, tokens, other programs", QString());
-  named(pages_->tabBar(), "connections_tabs", "Pages of connections", QString());
+  named(pages_->tabBar(), "connections_tabs", "Pages of connections",
+        "Server, clients, tokens and other programs");
   pages_->setDocumentMode(true);
   pages_->tabBar()->setExpanding(false);
   pages_->addTab(make_server(), "Server");
@@ -397,7 +398,8 @@ QWidget* ConnectionsPanel::make_remote() {
   head->addWidget(remotes_, 2);
   head->addWidget(close);
   column->addLayout(head);
-  answers_ = named(new QPlainTextEdit, "remote_answers", "Lines and answers", QString());
+  answers_ = named(new QPlainTextEdit, "remote_answers", "Lines and answers",
+                   "Lines that were sent, and their answers");
   answers_->setReadOnly(true);
   answers_->setMaximumBlockCount(kMostAnswerLines);
   answers_->setProperty("flat", true);

@@ -99,7 +99,7 @@ Console::Console(Desk& desk, Settings& settings, QWidget* parent)
   output_ = new ConsoleOutput;
   output_->setObjectName("console_output");
   output_->setAccessibleName("Lines of the console");
-  output_->setToolTip(QString());
+  output_->setToolTip("What was called, and its results");
   output_->setProperty("flat", true);
   output_->setMaximumBlockCount(kMostLines);
   output_->setLineWrapMode(QPlainTextEdit::WidgetWidth);

@@ -152,7 +152,7 @@ HelpPanel::HelpPanel(Desk& desk, QWidget* parent)
   across->addWidget(search_, 1);
   browser_->setObjectName("help_page");
   browser_->setAccessibleName("Page");
-  browser_->setToolTip(QString());
+  browser_->setToolTip("The page; Alt+Left goes back");
   browser_->setProperty("flat", true);
   connect(browser_, &QTextBrowser::anchorClicked, this, [this](const QUrl& u) { follow(u); });
   auto* column = new QVBoxLayout(this);

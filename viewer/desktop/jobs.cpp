@@ -41,7 +41,7 @@ JobsPanel::JobsPanel(Desk& desk, QWidget* parent)
   auto* area = new QScrollArea;
   area->setObjectName("jobs_area");
   area->setAccessibleName("Jobs");
-  area->setToolTip(QString());
+  area->setToolTip("Commands that take long, with their progress");
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
   auto* inside = new QWidget;

@@ -169,7 +169,7 @@ MainWindow::MainWindow(Desk& desk, Options options)
   tabs_->tabBar()->setObjectName("tab_bar");
   tabs_->tabBar()->setAccessibleName("Tabs of views");
   tabs_->tabBar()->setExpanding(false);
-  tabs_->tabBar()->setToolTip(QString());
+  tabs_->tabBar()->setToolTip("Records, results and the start page; drag a tab to move it");
   connect(tabs_, &QTabWidget::currentChanged, this, [this] { show_tab_state(); });
   make_guard();
   make_notice();
@@ -392,7 +392,7 @@ void MainWindow::update_dock_heads() {
   for (QTabBar* bar : findChildren<QTabBar*>(QString(), Qt::FindDirectChildrenOnly)) {
     bar->setObjectName("dock_tabs");
     bar->setAccessibleName("Tabs of panels");
-    bar->setToolTip(QString());
+    bar->setToolTip("Panels at the same place");
     bar->setExpanding(false);
     bar->setDrawBase(false);
     bar->setIconSize(QSize(theme().icon, theme().icon));

@@ -206,7 +206,7 @@ MessagesPanel::MessagesPanel(Desk& desk, QWidget* parent)
   filter_->setSourceModel(model_);
   list_->setObjectName("messages_list");
   list_->setAccessibleName("Messages");
-  list_->setToolTip(QString());
+  list_->setToolTip("A click on Show selects what a message is about");
   list_->setModel(filter_);
   list_->setResizeMode(QListView::Adjust);
   list_->setWordWrap(true);

@@ -123,7 +123,7 @@ Navigator::Navigator(Desk& desk, QWidget* parent)
   search_->addAction(icon("search"), QLineEdit::LeadingPosition);
   tree_->setObjectName("navigator_tree");
   tree_->setAccessibleName("Records and their parts");
-  tree_->setToolTip(QString());
+  tree_->setToolTip("Records and their parts; Enter opens one, F2 renames it");
   tree_->setModel(filter_);
   tree_->setItemDelegate(new RowDelegate(tree_));
   tree_->setHeaderHidden(true);

@@ -110,12 +110,12 @@ ShortcutsPanel::ShortcutsPanel(Desk& desk, Shortcuts& shortcuts, QWidget* parent
   connect(search_, &QLineEdit::textChanged, this, [this](const QString& t) { filter(t); });
   list_->setObjectName("shortcuts_list");
   list_->setAccessibleName("Entries of the menus and their keys");
-  list_->setToolTip(QString());
+  list_->setToolTip("Entries of the menus with their keys");
   list_->setColumnCount(3);
   list_->setHeaderLabels({"Entry", "Keys", "Command"});
   list_->header()->setObjectName("shortcuts_header");
   list_->header()->setAccessibleName("Columns");
-  list_->header()->setToolTip(QString());
+  list_->header()->setToolTip("Columns of the list");
   list_->setRootIsDecorated(false);
   list_->setUniformRowHeights(true);
   list_->setColumnWidth(0, theme().px(200));

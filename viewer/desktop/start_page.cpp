@@ -344,7 +344,7 @@ StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, Thu
   area_ = area;
   area->setObjectName("start_area");
   area->setAccessibleName("Worlds");
-  area->setToolTip(QString());
+  area->setToolTip("Worlds to open");
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
   area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
@@ -355,7 +355,7 @@ StartPage::StartPage(Desk& desk, Settings& settings, const Actions& actions, Thu
   left_area_ = new QScrollArea;
   left_area_->setObjectName("start_left_area");
   left_area_->setAccessibleName("New, open, recent");
-  left_area_->setToolTip(QString());
+  left_area_->setToolTip("New records, files to open, recent files");
   left_area_->setWidgetResizable(true);
   left_area_->setFrameShape(QFrame::NoFrame);
   left_area_->setFocusPolicy(Qt::NoFocus);

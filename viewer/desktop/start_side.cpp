@@ -99,7 +99,7 @@ StartSide::StartSide(const Settings& settings, const Manual& manual, std::size_t
   auto* area = new QScrollArea;
   area->setObjectName("start_side_area");
   area->setAccessibleName("Stories");
-  area->setToolTip(QString());
+  area->setToolTip("Stories to begin or continue");
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
   area->setFocusPolicy(Qt::NoFocus);  // what is in it shows its focus

@@ -141,7 +141,7 @@ StoryPanel::StoryPanel(StoryProgress& progress, QWidget* parent)
   auto* area = new QScrollArea;
   area->setObjectName("story_area");
   area->setAccessibleName("Steps of the story");
-  area->setToolTip(QString());
+  area->setToolTip("The steps of the story");
   area->setWidgetResizable(true);
   area->setFrameShape(QFrame::NoFrame);
   area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);

@@ -88,6 +88,8 @@ CommandForm::CommandForm(ioci::Client& client, QWidget* parent) : QWidget(parent
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
   body_ = new QWidget(this);
+  body_->setObjectName("command_form.body");
+  body_->setAccessibleName("Arguments");
   body_column_ = new QVBoxLayout(body_);
   body_column_->setContentsMargins(t.px(12), t.px(8), t.px(12), t.px(8));
   body_column_->setSpacing(t.px(6));
@@ -111,6 +113,8 @@ CommandForm::CommandForm(ioci::Client& client, QWidget* parent) : QWidget(parent
 
   body_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
   auto* lua_row = new QWidget(this);
+  lua_row->setObjectName("command_form.lua_row");
+  lua_row->setAccessibleName("The call as Lua");
   lua_row->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
   lua_row->setProperty("ground", "field");
   lua_row->setAttribute(Qt::WA_StyledBackground);
@@ -129,6 +133,8 @@ CommandForm::CommandForm(ioci::Client& client, QWidget* parent) : QWidget(parent
   column->addWidget(lua_row);
 
   foot_ = new QWidget(this);
+  foot_->setObjectName("command_form.foot");
+  foot_->setAccessibleName("Running the command");
   foot_->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Maximum);
   auto* foot = new QHBoxLayout(foot_);
   foot->setContentsMargins(t.px(12), t.px(8), t.px(12), t.px(8));

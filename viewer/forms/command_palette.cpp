@@ -242,7 +242,7 @@ CommandPalette::CommandPalette(ioci::Client& client, QWidget* parent)
   scroll_ = new QScrollArea(this);
   scroll_->setObjectName("palette.form_area");
   scroll_->setAccessibleName("Form");
-  scroll_->setToolTip({});
+  scroll_->setToolTip("Arguments of the command");
   scroll_->setWidgetResizable(true);
   scroll_->setFrameShape(QFrame::NoFrame);
   scroll_->setWidget(form_);

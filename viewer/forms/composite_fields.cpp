@@ -261,6 +261,8 @@ OptionsField::OptionsField(FormContextPtr context, ParamSpec param, std::string 
   row->setContentsMargins(0, 0, 0, 0);
   row->setSpacing(th.px(4));
   const QString name = qt(context_->title + "." + path_);
+  head_->setObjectName(name + ".head");
+  head_->setAccessibleName("Value and its parts");
   fold_ = small_button(head_, "chevron_right", "Show the parts", name + ".fold");
   line_ = new QLabel(head_);
   line_->setObjectName(name + ".line");

@@ -124,9 +124,13 @@ std::string ListField::key_of(std::size_t row) const { return "[" + std::to_stri
 
 void ListField::append(const std::optional<Value>& value) {
   auto* box = new QWidget(this);
+  box->setObjectName(objectName() + ".row");
+  box->setAccessibleName("Element");
   auto* line = new QHBoxLayout(box);
   Row row{box, make_field(context_, element_, path_ + key_of(rows_.size()), box)};
   row.number = new QLabel(box);
+  row.number->setObjectName(objectName() + ".number");
+  row.number->setAccessibleName("Place in the list");
   row.number->setProperty("quiet", true);
   row.number->setFixedWidth(theme().px(20));
   row.number->setFixedHeight(theme().field_height);
@@ -226,6 +230,8 @@ void MapField::add_part() {
 
 void MapField::add_entry(const std::string& name, const std::optional<Value>& value) {
   auto* box = new QWidget(this);
+  box->setObjectName(objectName() + ".row");
+  box->setAccessibleName("Element");
   auto* line = new QHBoxLayout(box);
   auto* key = new TextField(box);
   key->setFixedWidth(theme().px(100));

@@ -324,11 +324,13 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
   scroll_->setObjectName("properties.area");
   scroll_->setAccessibleName("Fields");
   scroll_->setFocusPolicy(Qt::NoFocus);  // its fields take it, and scroll it
-  scroll_->setToolTip({});
+  scroll_->setToolTip("Fields of what is selected");
   scroll_->setFrameShape(QFrame::NoFrame);
   scroll_->setWidgetResizable(true);
   scroll_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   page_ = new QWidget(scroll_);
+  page_->setObjectName("properties.page");
+  page_->setAccessibleName("Fields");
   column_ = new QVBoxLayout(page_);
   column_->setContentsMargins(t.px(12), t.px(4), t.px(12), t.px(12));
   picture_ = label(page_, "properties.picture", "Picture of the material", nullptr);

@@ -62,6 +62,8 @@ ResultView::ResultView(ioci::Client& client, QWidget* parent) : QWidget(parent),
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
   tabs_ = new QWidget(this);
+  tabs_->setObjectName("result.tabs");
+  tabs_->setAccessibleName("Forms of the result");
   tabs_->setProperty("ground", "header");
   tabs_->setAttribute(Qt::WA_StyledBackground);
   auto* row = new QHBoxLayout(tabs_);
