@@ -405,7 +405,7 @@ TEST(Words, HaveLabelsOfTheDeclarationOrMadeOfThem) {
   EXPECT_EQ(label("mm"), "mm");
   EXPECT_EQ(word_label({"krl", "", "KUKA"}), "KUKA");
   const char* type = "enum(none | mdh \"Modified rows\": Craig's rows.)";
-  const auto words = words_of(param("rows", type));
+  const auto words = words_of(param("rows", type, ""));
   ASSERT_EQ(words.size(), 2U);
   EXPECT_EQ(words[1].word, "mdh");
   EXPECT_EQ(words[1].label, "Modified rows");
@@ -413,7 +413,7 @@ TEST(Words, HaveLabelsOfTheDeclarationOrMadeOfThem) {
   const std::string as_data =
       "{{word = \"none\", label = \"None\"}, {word = \"mdh\", label = \"Modified rows\", doc = "
       "\"Craig's rows.\"}}";
-  const Map described = param_value(param("rows", type));
+  const Map described = param_value(param("rows", type, ""));
   EXPECT_EQ(literal(*described.find("words")), as_data);
   EXPECT_EQ(literal(*described.find("form")->as_map()->find("choices")), as_data);
   // A front end that gets the description has the same labels.
@@ -421,7 +421,7 @@ TEST(Words, HaveLabelsOfTheDeclarationOrMadeOfThem) {
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(word_label(words_of(*again)[1]), "Modified rows");
   // Words of the parameter have labels, too.
-  ParamSpec p = param("law", "enum");
+  ParamSpec p = param("law", "enum", "");
   p.choices = {"s_curve"};
   EXPECT_EQ(literal(*param_value(p).find("words")), "{{word = \"s_curve\", label = \"S curve\"}}");
   EXPECT_FALSE(parse_type("enum(a \"A: x. | b)").ok());
