@@ -326,15 +326,16 @@ class JsonSchema {
   }
 
  private:
-  /// One of several words, each with its label and description.
-  static Map annotated(const std::vector<WordInfo>& words) {
-    List out;
-    for (const WordInfo& w : words) {
+  /// One of several words; for forms each with its label and description.
+  static Map annotated(const std::vector<WordInfo>& infos) {
+    List words, described;
+    for (const WordInfo& w : infos) {
+      words.emplace_back(w.word);
       Map one{{"const", w.word}, {"title", word_label(w)}};
       if (!w.doc.empty()) one.set("description", w.doc);
-      out.emplace_back(std::move(one));
+      described.emplace_back(std::move(one));
     }
-    return Map{{"oneOf", std::move(out)}};
+    return Map{{"enum", std::move(words)}, {"oneOf", std::move(described)}};
   }
   static Map numbers(std::size_t count) {
     Map m{{"type", "array"}, {"items", Map{{"type", List{"number", "string"}}}}};
