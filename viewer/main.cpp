@@ -63,8 +63,8 @@ struct Options {
   bool has_size = false, software_view = false, start_times = false, safe = false;
   std::string ellipsoid;
   std::string view = "isometric", style = "smooth", quality = "normal", section, background;
-  bool orthographic = false, fast = false, no_edges = false, hidden = false, com = false,
-       frames = false;
+  bool orthographic = false, fast = false, no_edges = false, no_axes = false, hidden = false,
+       com = false, frames = false;
   double explode = 0;
   std::string map, cut;  ///< voxels around the robot
   double map_opacity = 1;
@@ -191,6 +191,7 @@ int render(Host& host, ioci::LiveView& view, const ioci::Opened& opened, const O
   add_vec("eye", options.eye);
   add_vec("target", options.target);
   if (options.hidden) args.set("hidden", true);
+  if (options.no_axes) args.set("axes", false);
   if (!options.section.empty()) args.set("section", options.section);
   if (!options.background.empty()) args.set("background", options.background);
   if (options.explode > 0) args.set("explode", options.explode);
@@ -521,6 +522,8 @@ int main(int argc, char** argv) {
   cli.add_option("--style", options.style, "smooth, flat, wireframe or hidden_line")
       ->check(CLI::IsMember(std::vector<std::string>(kStyles.begin(), kStyles.end())));
   cli.add_flag("--no-edges", options.no_edges, "no lines along the edges of bodies");
+  cli.add_flag("--no-axes", options.no_axes,
+               "with --render: without the axes in the lower left corner");
   cli.add_flag("--hidden", options.hidden, "with --style hidden_line: hidden edges dashed");
   cli.add_option("--section", options.section,
                  "with --render: cut through the middle and take away the side of this axis: x, "

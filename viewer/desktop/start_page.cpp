@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include <QAction>
@@ -50,11 +51,25 @@ constexpr KindShown kKindsShown[] = {
     {"object", "Objects", "Objects of the library", "one click opens one"},
     {"solid", "Solids", "Solids of the library", "one click opens one"}};
 
-QString title_of_world(const QString& name) {
-  QString title = name;
-  title.replace('_', ' ');
-  if (!title.isEmpty()) title[0] = title[0].toUpper();
-  return title;
+QString capitalized(QString text) {
+  if (!text.isEmpty()) text[0] = text[0].toUpper();
+  return text;
+}
+
+/// Title and summary of a card. A description of the library begins with a title, "PUMA 560: beside
+/// a table" or "ABB IRB 140, standard DH"; without a short one the title is the name.
+std::pair<QString, QString> card_texts(const QString& name, const QString& description) {
+  constexpr qsizetype kLongestTitle = 30;
+  qsizetype end = description.size();
+  for (const char* mark : {": ", ". ", ", "}) {
+    const qsizetype at = description.indexOf(QLatin1String(mark));
+    // Of "Two arms, one tray: a tree" the title ends at the colon.
+    if (at > 0 && (mark[0] == ':' ? at <= kLongestTitle : at < end)) end = at;
+    if (mark[0] == ':' && end == at) break;
+  }
+  if (end <= 0 || end > kLongestTitle)
+    return {capitalized(QString(name).replace('_', ' ')), description};
+  return {description.left(end), capitalized(description.mid(end + 2))};
 }
 
 QLabel* heading_label(const QString& text, const char* name, const QFont& font) {
@@ -90,11 +105,8 @@ QString date_text(const QDateTime& then, const QDateTime& now) {
 
 WorldCard::WorldCard(std::string kind, const QString& name, const QString& description, int number,
                      QWidget* parent)
-    : QPushButton(parent),
-      kind_(std::move(kind)),
-      name_(name),
-      description_(description),
-      number_(number) {
+    : QPushButton(parent), kind_(std::move(kind)), name_(name), number_(number) {
+  std::tie(title_, summary_) = card_texts(name, description);
   const QString of = shown(kind_);
   setObjectName((kind_ == "world" ? QString("card_") : "card_" + of + "_") + name);
   setAccessibleName("Open the " + of + " " + name);
@@ -155,16 +167,15 @@ void WorldCard::paintEvent(QPaintEvent*) {
   p.setFont(bold);
   p.setPen(t.text);
   const QRect head(t.gap, height() - foot, width() - 2 * t.gap, title_height);
-  p.drawText(
-      head, Qt::AlignVCenter | Qt::AlignLeft,
-      QFontMetrics(bold).elidedText(title_of_world(name_), Qt::ElideRight, width() - t.px(40)));
+  p.drawText(head, Qt::AlignVCenter | Qt::AlignLeft,
+             QFontMetrics(bold).elidedText(title_, Qt::ElideRight, width() - t.px(40)));
   p.setFont(t.ui);
   p.setPen(t.text_dim);
   p.drawText(QRect(t.gap, head.bottom(), head.width(), foot - title_height - t.px(4)),
              Qt::AlignTop | Qt::AlignLeft,
-             QFontMetrics(t.ui).elidedText(description_, Qt::ElideRight, head.width()));
+             QFontMetrics(t.ui).elidedText(summary_, Qt::ElideRight, head.width()));
   const QString act = act_text();
-  const int title = QFontMetrics(bold).horizontalAdvance(title_of_world(name_));
+  const int title = QFontMetrics(bold).horizontalAdvance(title_);
   if ((hasFocus() || underMouse()) &&
       title + QFontMetrics(t.ui).horizontalAdvance(act) + 3 * t.gap + t.icon < width()) {
     p.setFont(t.ui);

@@ -49,7 +49,7 @@ class WorldCard : public QPushButton {
   [[nodiscard]] QString act_text() const;
 
   std::string kind_;
-  QString name_, description_;
+  QString name_, title_, summary_;
   int number_;
   QPixmap picture_;
 };

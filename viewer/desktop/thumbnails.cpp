@@ -20,7 +20,7 @@ namespace robomosp::viewer {
 namespace {
 
 /// Counted up when pictures are drawn in another manner.
-constexpr const char* kPictureVersion = "2";
+constexpr const char* kPictureVersion = "3";
 constexpr int kEndMs = 1000;
 
 /// The program that draws: this one, or the one beside the program of a test.
@@ -152,11 +152,17 @@ void Thumbnails::draw_next() {
     ::prctl(PR_SET_PDEATHSIG, static_cast<unsigned long>(SIGKILL), 0UL, 0UL, 0UL);
     if (::getppid() != window) ::_exit(1);  // it has ended already
   });
-  QStringList words{"-n",       QString::number(niceness),
-                    program,    known.file,
-                    "--still",  "--fast",
-                    "--size",   QString("%1x%2").arg(kWidth).arg(kHeight),
-                    "--render", drawn_file_};
+  QStringList words{"-n",
+                    QString::number(niceness),
+                    program,
+                    known.file,
+                    "--still",
+                    "--fast",
+                    "--no-axes",
+                    "--size",
+                    QString("%1x%2").arg(kWidth).arg(kHeight),
+                    "--render",
+                    drawn_file_};
   if (is_dark)
     words << "--background"
           << "dark";
