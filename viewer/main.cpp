@@ -71,6 +71,7 @@ struct Options {
   double zoom = 1;
   std::optional<Vec3> eye, target;  ///< [m]; both or neither
   std::vector<std::filesystem::path> plugin_path, library;
+  std::vector<std::string> tour_pictures;
   bool graphics = false;
   bool trust = false;  ///< solvers in Lua that come with files run
 };
@@ -263,6 +264,7 @@ viewer::DesktopOptions desktop_options(const Options& options) {
   d.map_opacity = options.map_opacity;
   d.screenshot = options.screenshot;
   d.tour = options.tour;
+  d.tour_pictures = options.tour_pictures;
   if (options.has_size) d.size = options.size;
   d.software_view = options.software_view;
   d.is_safe = options.safe;
@@ -494,6 +496,12 @@ int main(int argc, char** argv) {
   cli.add_option("--tour", options.tour,
                  "photograph every room into this folder, dark and light, and end")
       ->type_name("FOLDER");
+  cli.add_option("--tour-pictures", options.tour_pictures,
+                 "with --tour: only these, such as motion-dark,small-dark-150")
+      ->needs("--tour")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAMES");
   cli.add_flag("--start-times", options.start_times,
                "print the times of the steps of the start once the window is usable, and end");
   cli.add_flag("--software-view", options.software_view,

@@ -211,7 +211,7 @@ int run_desktop(ioci::Application& app, DesktopOptions options) {
     if (!options.tour.empty())
       new Tour(window, options.tour,
                options.size[0] > 0 ? QSize(options.size[0], options.size[1]) : QSize(1600, 1000),
-               [&](const Result<void>& r) {
+               options.tour_pictures, [&](const Result<void>& r) {
                  if (!r.ok()) status = refused(r.error());
                  window.close_now();
                });

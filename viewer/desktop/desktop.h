@@ -30,8 +30,9 @@ struct DesktopOptions {
   std::string map{}, map_robot{}, map_cut{};  ///< "" = no map
   double map_opacity = 1;
 
-  std::string screenshot{};           ///< PNG file of the window, after which it ends; "" = none
-  std::string tour{};                 ///< folder for pictures of all panels, after which it ends
+  std::string screenshot{};  ///< PNG file of the window, after which it ends; "" = none
+  std::string tour{};        ///< folder for pictures of all panels, after which it ends
+  std::vector<std::string> tour_pictures{};  ///< names of those taken; none = all
   std::array<int, 2> size{0, 0};      ///< of the window [device-independent px]; 0 = as it was last
   bool software_view = false;         ///< draw through EGL even where a window could use OpenGL
   bool is_safe = false;               ///< without the settings of the user, with a note
