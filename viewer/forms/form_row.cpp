@@ -19,6 +19,7 @@
 #include "viewer/forms/composite_fields.h"
 #include "viewer/forms/field_factory.h"
 #include "viewer/theme/theme.h"
+#include "viewer/widgets/elided.h"
 #include "viewer/widgets/restyle.h"
 
 namespace robomosp::viewer {
@@ -32,6 +33,11 @@ QString label_of(const ParamSpec& p) {
   return readable(form_label(p));
 }
 
+/// Units as the fields write them: "kg m²".
+QString with_powers(QString text) {
+  return text.replace("^2", QStringLiteral("²")).replace("^3", QStringLiteral("³"));
+}
+
 }  // namespace
 
 QWidget* fault_box(const ShownFault& fault,
@@ -43,11 +49,11 @@ QWidget* fault_box(const ShownFault& fault,
   auto* column = new QVBoxLayout(box);
   column->setContentsMargins(0, 0, 0, theme().px(2));
   column->setSpacing(0);
-  auto* sentence = new QLabel(fault.sentence, box);
+  auto* sentence = new QLabel(with_powers(fault.sentence), box);
   sentence->setObjectName(name + ".sentence");
   sentence->setAccessibleName("Fault: " + fault.sentence);
   sentence->setToolTip("The fault of this value.");
-  sentence->setProperty("fault", true);
+  sentence->setProperty(fault.severity == Severity::error ? "fault" : "warning", true);
   sentence->setWordWrap(true);
   sentence->setTextInteractionFlags(Qt::TextSelectableByMouse);
   column->addWidget(sentence);
@@ -62,7 +68,7 @@ QWidget* fault_box(const ShownFault& fault,
     row->setSpacing(is_long ? 0 : theme().px(8));
     int i = 0;
     for (const FaultRemedy& remedy : fault.remedies) {
-      auto* button = new QPushButton(qt(remedy.label), box);
+      auto* button = new ElidedButton(with_powers(qt(remedy.label)), box);
       button->setProperty("link", true);
       button->setObjectName(QString("%1.remedy%2").arg(name).arg(++i));
       button->setAccessibleName(qt(remedy.label));
@@ -96,6 +102,7 @@ ShownFault shown_fault(const Fault& fault) {
   QString s = qt(sentence(plain));
   if (!s.isEmpty()) s[0] = s[0].toUpper();
   out.sentence = s;
+  out.severity = fault.severity;
   out.remedies = fault.remedies;
   return out;
 }

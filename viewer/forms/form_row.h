@@ -24,6 +24,7 @@ struct ShownFault {
   std::string path;  ///< of the value: "links[2].alpha"; empty = of the whole form
   QString sentence;
   std::vector<FaultRemedy> remedies;
+  Severity severity = Severity::error;  ///< advice is shown in another colour
 };
 [[nodiscard]] ShownFault shown_fault(const Fault& fault);
 

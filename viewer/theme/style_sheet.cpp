@@ -135,6 +135,7 @@ QLabel { color: @text; }
 QLabel[dim="true"] { color: @text_dim; }
 QLabel[quiet="true"] { color: @text_quiet; }
 QLabel[fault="true"] { color: @fault; }
+QLabel[warning="true"] { color: @warn; }
 QLabel:disabled { color: @disabled; }
 
 QProgressBar { background: @field; border: 0px; border-radius: 2px; max-height: 4px;
@@ -194,6 +195,7 @@ QColor colour_named(const Theme& t, const QString& name) {
              {"on_accent", t.on_accent},
              {"selection", t.selection},
              {"selection_idle", t.selection_idle},
+             {"warn", t.warn},
              {"fault", t.fault},
              {"fault_ground", t.fault_ground}};
   for (const auto& each : all)

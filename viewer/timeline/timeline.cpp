@@ -31,6 +31,7 @@
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
 #include "viewer/timeline/variables.h"
+#include "viewer/widgets/elided.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -71,7 +72,7 @@ Timeline::Timeline(Desk& desk, Settings& settings, const Actions& actions, QWidg
       lanes_(new PlotLanes(axis_)),
       readout_(new QLabel),
       speeds_(new QComboBox),
-      recordings_(new QComboBox),
+      recordings_(new ElidedCombo),
       picker_(new VariablePicker(this)) {
   setObjectName("timeline");
   setAccessibleName("Timeline");

@@ -18,6 +18,7 @@
 #include "kernel/literal.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
+#include "viewer/widgets/elided.h"
 #include "viewer/widgets/restyle.h"
 
 namespace robomosp::viewer {
@@ -130,7 +131,7 @@ void BoolField::keyPressEvent(QKeyEvent* event) {
 
 // ---- TextField ----
 
-TextField::TextField(QWidget* parent) : Field(parent), line_(new QLineEdit(this)) {
+TextField::TextField(QWidget* parent) : Field(parent), line_(new ElidedLine(this)) {
   auto* row = new QHBoxLayout(this);
   row->setContentsMargins(0, 0, 0, 0);
   row->setSpacing(2);

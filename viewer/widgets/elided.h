@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Buttons, lines and choices that end a text that does not fit with "…" instead of cutting a
+// letter; the text itself stays whole (layer: GUI). [GUI thread]
+#pragma once
+
+#include <QComboBox>
+#include <QLineEdit>
+#include <QPushButton>
+
+namespace robomosp::viewer {
+
+class ElidedButton : public QPushButton {
+ public:
+  using QPushButton::QPushButton;
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+};
+
+/// The whole text is there to edit once the line has the focus.
+class ElidedLine : public QLineEdit {
+ public:
+  using QLineEdit::QLineEdit;
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+};
+
+class ElidedCombo : public QComboBox {
+ public:
+  using QComboBox::QComboBox;
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+};
+
+}  // namespace robomosp::viewer
