@@ -287,7 +287,7 @@ OptionsField::OptionsField(FormContextPtr context, ParamSpec param, std::string 
     }
     show_line();
   });
-  QObject::connect(set_, &QPushButton::clicked, this, [this] { open_editor(true); });
+  QObject::connect(set_, &QPushButton::clicked, this, [this] { open_editor(!value()); });
   QObject::connect(remove_, &QToolButton::clicked, this, [this] {
     drop_editor();
     value_.reset();
@@ -398,12 +398,15 @@ void OptionsField::show_option(std::size_t index) {
 void OptionsField::show_line() {
   const auto now = value();
   const bool is_open = editor_ != nullptr;
-  fold_->setVisible((now || is_open) && !is_always_open_ && !is_inline_);
   fold_->setIcon(icon(is_open ? "chevron_down" : "chevron_right"));
   fold_->setToolTip(is_open ? "Fold the parts" : "Show the parts");
   fold_->setAccessibleName(fold_->toolTip());
-  set_->setVisible(!now && !is_open);
-  remove_->setVisible((now || is_open) && !is_always_open_ && !param_.required);
+  // An empty list has nothing to unfold or remove, so it reads like a value that is not given.
+  const bool is_empty = now && ((now->as_list() && now->as_list()->empty()) ||
+                                (now->as_map() && now->as_map()->empty()));
+  fold_->setVisible(((now && !is_empty) || is_open) && !is_always_open_ && !is_inline_);
+  set_->setVisible((!now || is_empty) && !is_open);
+  remove_->setVisible(((now && !is_empty) || is_open) && !is_always_open_ && !param_.required);
   switch_->setVisible(is_open || types_.size() > 1);
   switch_->setText(option_ < types_.size() ? short_type_name(*types_[option_]) : QString("as Lua"));
   QString text;

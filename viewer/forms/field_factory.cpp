@@ -29,6 +29,11 @@ std::vector<FieldChoice> words_as_choices(const ParamSpec& p) {
   return out;
 }
 
+/// The unit of a parameter for people: that of its kind, but gravity is known in m/s².
+std::string shown_unit_for(const ParamSpec& p, const std::string& unit) {
+  return p.name == "gravity" ? unit : std::string(shown_unit_of(unit));
+}
+
 int axis_of(const std::vector<std::string>& names, std::size_t i, std::size_t count) {
   if (!names.empty()) return names[i] == "x" ? 0 : names[i] == "y" ? 1 : names[i] == "z" ? 2 : -1;
   return count == 3 ? static_cast<int>(i) : -1;
@@ -198,8 +203,8 @@ NumberFormat number_format(const FormContext& context, const ParamSpec& p, std::
   if (f.unit.find('|') != std::string::npos || f.unit.find(" or ") != std::string::npos ||
       f.unit.find(',') != std::string::npos)
     f.unit.clear();
-  f.shown = t.notes.shown_unit.empty() || !unit.empty() ? std::string(shown_unit_of(f.unit))
-                                                        : t.notes.shown_unit;
+  f.shown =
+      t.notes.shown_unit.empty() || !unit.empty() ? shown_unit_for(p, f.unit) : t.notes.shown_unit;
   f.min = t.notes.min ? *t.notes.min : p.min;
   f.max = t.notes.max ? *t.notes.max : p.max;
   f.step = t.notes.step;
@@ -303,7 +308,7 @@ Field* make_field(const FormContextPtr& context, const ParamSpec& p, const std::
   if (!field) field = new OptionsField(context, p, path, parent);
   QString doc = qt(p.doc);
   if (const std::string unit = unit_of(p); !unit.empty())
-    doc += " [" + unit_text(shown_unit_of(unit)) + "]";
+    doc += " [" + unit_text(shown_unit_for(p, unit)) + "]";
   const TypeNotes notes = notes_of(p);
   if (!notes.effect.empty()) doc += "\n" + qt(notes.effect);
   if (!notes.deprecated.empty()) doc += "\nDeprecated. " + qt(notes.deprecated);
