@@ -296,9 +296,10 @@ struct PropertiesPanel::Shown {
 
 PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
     : QWidget(parent), client_(client) {
-  const Theme& t = theme();
   setObjectName("properties");
   setAccessibleName("Properties");
+  setProperty("ground", "panel");  // one with the fields, below the head of the dock
+  setAttribute(Qt::WA_StyledBackground);
   auto* outer = new QVBoxLayout(this);
   outer->setContentsMargins(0, 0, 0, 0);
   outer->setSpacing(0);
@@ -312,7 +313,7 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
     return l;
   };
   auto* head = new QHBoxLayout;
-  head->setContentsMargins(t.px(12), t.px(6), t.px(12), t.px(6));
+  head_ = head;
   title_ = label(this, "properties.title", "What is selected", nullptr);
   use_font(*title_, &Theme::ui, true);
   subtitle_ = label(this, "properties.subtitle", "Where it is", "quiet");
@@ -332,7 +333,6 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
   page_->setObjectName("properties.page");
   page_->setAccessibleName("Fields");
   column_ = new QVBoxLayout(page_);
-  column_->setContentsMargins(t.px(12), t.px(4), t.px(12), t.px(12));
   picture_ = label(page_, "properties.picture", "Picture of the material", nullptr);
   picture_->hide();
   column_->addWidget(picture_, 0, Qt::AlignLeft);
@@ -352,7 +352,19 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
     ask_faults();
     ask_picture();
   });
+  take_lengths();
   set_selection({});
+}
+
+void PropertiesPanel::take_lengths() {
+  const Theme& t = theme();
+  head_->setContentsMargins(t.px(12), t.px(6), t.px(12), t.px(6));
+  column_->setContentsMargins(t.px(12), t.px(4), t.px(12), t.px(12));
+}
+
+void PropertiesPanel::changeEvent(QEvent* event) {
+  if (std::exchange(themed_, theme_revision()) != theme_revision()) take_lengths();
+  QWidget::changeEvent(event);
 }
 
 PropertiesPanel::~PropertiesPanel() = default;

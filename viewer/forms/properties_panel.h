@@ -16,9 +16,11 @@
 #include "kernel/schema.h"
 #include "viewer/forms/form_context.h"
 #include "viewer/forms/selected_paths.h"
+#include "viewer/theme/theme.h"
 
 class QLabel;
 class QScrollArea;
+class QHBoxLayout;
 class QVBoxLayout;
 
 namespace robomosp::viewer {
@@ -76,7 +78,11 @@ class PropertiesPanel : public QWidget {
   /// drawn afterwards.
   std::function<void(std::function<void(const Value&)>)> pose_of_view;
 
+ protected:
+  void changeEvent(QEvent* event) override;
+
  private:
+  void take_lengths();
   struct Shown;
   void ask_values();
   void take_values();
@@ -107,6 +113,8 @@ class PropertiesPanel : public QWidget {
   QLabel *title_, *subtitle_, *outcome_, *picture_;
   QScrollArea* scroll_;
   QWidget* page_;
+  int themed_ = theme_revision();
+  QHBoxLayout* head_;
   QVBoxLayout* column_;
   ioci::Client::Edits gesture_;
   int asked_ = 0, pictures_ = 0;

@@ -49,12 +49,9 @@ QLabel* section_label(QWidget* parent, const QString& words, const QString& name
 RecordSection::RecordSection(ioci::Client& client, const QString& title, const QString& name,
                              QWidget* parent)
     : QWidget(parent), client_(client) {
-  const Theme& t = theme();
   setObjectName(name);
   setAccessibleName(title);
   auto* outer = new QVBoxLayout(this);
-  outer->setContentsMargins(0, t.px(8), 0, 0);
-  outer->setSpacing(t.px(2));
   auto* top = new QHBoxLayout;
   head_ = new QToolButton(this);
   head_->setObjectName(name + ".head");
@@ -80,6 +77,17 @@ RecordSection::RecordSection(ioci::Client& client, const QString& title, const Q
     content_->setVisible(content_->isHidden());
     head_->setIcon(icon(content_->isHidden() ? "chevron_right" : "chevron_down"));
   });
+  RecordSection::take_lengths();
+}
+
+void RecordSection::take_lengths() {
+  layout()->setContentsMargins(0, theme().px(8), 0, 0);
+  layout()->setSpacing(theme().px(2));
+}
+
+void RecordSection::changeEvent(QEvent* event) {
+  if (std::exchange(themed_, theme_revision()) != theme_revision()) take_lengths();
+  QWidget::changeEvent(event);
 }
 
 void RecordSection::refresh() {
@@ -108,8 +116,6 @@ MassSection::MassSection(ioci::Client& client, Handle record, const QString& nam
     : RecordSection(client, "Mass", "properties.mass", parent), record_(std::move(record)) {
   set_note("of " + name);
   grid_ = new QGridLayout;
-  grid_->setContentsMargins(theme().px(4), 0, 0, 0);
-  grid_->setHorizontalSpacing(theme().px(6));
   grid_->setVerticalSpacing(0);
   grid_->setColumnStretch(2, 1);
   column_->addLayout(grid_);
@@ -146,7 +152,6 @@ MassSection::MassSection(ioci::Client& client, Handle record, const QString& nam
       l->setFocusPolicy(Qt::NoFocus);
     }
     row.change->setAlignment(Qt::AlignRight | Qt::AlignVCenter);
-    row.label->setFixedHeight(theme().px(20));
     grid_->addWidget(row.label, line, 0);
     grid_->addWidget(row.before, line, 1);
     grid_->addWidget(row.now, line, 2);
@@ -154,7 +159,15 @@ MassSection::MassSection(ioci::Client& client, Handle record, const QString& nam
     rows_.push_back(row);
     ++line;
   }
+  MassSection::take_lengths();
   refresh();
+}
+
+void MassSection::take_lengths() {
+  RecordSection::take_lengths();
+  grid_->setContentsMargins(theme().px(4), 0, 0, 0);
+  grid_->setHorizontalSpacing(theme().px(6));
+  for (const Row& row : rows_) row.label->setFixedHeight(theme().px(20));
 }
 
 std::optional<double> MassSection::mass() const { return rows_.front().value; }

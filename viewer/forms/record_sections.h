@@ -12,6 +12,7 @@
 
 #include "ioci/client/client.h"
 #include "kernel/value.h"
+#include "viewer/theme/theme.h"
 
 class QGridLayout;
 class QLabel;
@@ -32,6 +33,9 @@ class RecordSection : public QWidget {
   std::function<void()> on_shown;
 
  protected:
+  void changeEvent(QEvent* event) override;
+  /// Margins and heights of the present zoom.
+  virtual void take_lengths();
   /// Asks; ends with finished().
   virtual void ask_values() = 0;
   void finished();
@@ -45,6 +49,7 @@ class RecordSection : public QWidget {
   QLabel* note_;
   QWidget* content_;
   bool is_asking_ = false, is_wanted_ = false;
+  int themed_ = theme_revision();
 };
 
 /// Mass, volume, surface, centre and principal moments of a solid or object, beside those that it
@@ -60,6 +65,7 @@ class MassSection : public RecordSection {
 
  protected:
   void ask_values() override;
+  void take_lengths() override;
 
  private:
   struct Row {
