@@ -84,7 +84,9 @@ class CommandDelegate : public QStyledItemDelegate {
     const QString classic = index.data(kClassic).toString();
     if (!classic.isEmpty()) {
       p->setFont(t.mono);
-      const int w = std::min(p->fontMetrics().horizontalAdvance(classic), room.width() / 4);
+      // Rounded widths of letters may add up to a little more.
+      const int w =
+          std::min(p->fontMetrics().horizontalAdvance(classic) + t.px(4), room.width() / 4);
       p->setPen(t.text_quiet);
       paint_text(*p, QRect(room.right() - w, r.top(), w, r.height()),
                  Qt::AlignVCenter | Qt::AlignRight, classic);
