@@ -278,7 +278,8 @@ void BandsView::paintEvent(QPaintEvent* event) {
       p.drawText(label, Qt::AlignVCenter | Qt::AlignRight, value_of(band, *cursor_));
     } else if (!band.note.isEmpty()) {
       p.setPen(t.warn);
-      p.drawText(label, Qt::AlignVCenter | Qt::AlignRight, "partly");
+      const int name = QFontMetrics(t.small).horizontalAdvance(band.label) + t.px(6);
+      p.drawText(label.adjusted(name, 0, 0, 0), Qt::AlignVCenter | Qt::AlignLeft, "partly");
     }
     const int pad = t.px(2);
     const QRect area(left, row.top() + pad, length, row.height() - 2 * pad);

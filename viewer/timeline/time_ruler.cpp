@@ -52,6 +52,16 @@ void TimeRuler::paintEvent(QPaintEvent*) {
     paint_focus(p);
     return;
   }
+  // The flag of the present time; numbers that it would cover are left out.
+  const double now = player_->time();
+  const QString flag = fixed_number(now, 3);
+  QRect box;
+  if (now >= axis_.low() && now <= axis_.high()) {
+    const int flag_width = QFontMetrics(t.mono).horizontalAdvance(flag) + t.gap;
+    const int flag_left = std::clamp(static_cast<int>(axis_.x_of(now)) - flag_width / 2, 0,
+                                     std::max(0, width() - flag_width));
+    box = QRect(flag_left, t.px(2), flag_width, height() - t.px(5));
+  }
   if (axis_.high() > axis_.low()) {
     QFont mono = t.mono;
     mono.setPixelSize(std::max(1, t.px(10.5)));
@@ -65,23 +75,18 @@ void TimeRuler::paintEvent(QPaintEvent*) {
       const int x = static_cast<int>(std::lround(axis_.x_of(at)));
       p.setPen(t.line);
       p.drawLine(x, height() - t.px(6), x, height());
+      const QString number = fixed_number(at, std::max(1, decimals));
+      const int half = p.fontMetrics().horizontalAdvance(number) / 2 + t.px(3);
+      if (x + half > box.left() && x - half < box.right()) continue;
       p.setPen(t.text_quiet);
-      p.drawText(QRect(x - t.px(40), 0, t.px(80), height() - t.px(5)), Qt::AlignCenter,
-                 fixed_number(at, std::max(1, decimals)));
+      p.drawText(QRect(x - t.px(40), 0, t.px(80), height() - t.px(5)), Qt::AlignCenter, number);
     }
   }
-  const double now = player_->time();
-  if (now >= axis_.low() && now <= axis_.high()) {
+  if (!box.isNull()) {
     p.setFont(t.mono);
-    const double x = axis_.x_of(now);
-    const QString flag = fixed_number(now, 3);
-    const int flag_width = QFontMetrics(t.mono).horizontalAdvance(flag) + t.gap;
-    const int flag_left =
-        std::clamp(static_cast<int>(x) - flag_width / 2, 0, std::max(0, width() - flag_width));
     p.setRenderHint(QPainter::Antialiasing);
     p.setPen(Qt::NoPen);
     p.setBrush(t.accent_fill);
-    const QRect box(flag_left, t.px(2), flag_width, height() - t.px(5));
     p.drawRoundedRect(box, t.radius, t.radius);
     p.setPen(t.on_accent);
     p.drawText(box, Qt::AlignCenter, flag);
