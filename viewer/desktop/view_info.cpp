@@ -185,9 +185,9 @@ void ViewInfo::changeEvent(QEvent* event) {
 void ViewInfo::paintEvent(QPaintEvent*) {
   const Theme& t = theme();
   QPainter p(this);
-  // Texts are to be read in front of any body.
+  // Texts are readable in front of any body, and the body is visible behind them.
   QColor ground = t.panel;
-  ground.setAlphaF(0.72F);
+  ground.setAlphaF(0.45F);
   p.setRenderHint(QPainter::Antialiasing);
   p.setPen(Qt::NoPen);
   p.setBrush(ground);

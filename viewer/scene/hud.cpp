@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include <osg/BlendFunc>
 #include <osg/Depth>
+#include <osgDB/Registry>
 #include <osgText/Font>
 
 #include "viewer/scene/lamps.h"
@@ -27,14 +29,24 @@ double text_scale(double height) {
   return std::max(height / 800, std::clamp(height / 330, 0.6, 1.0));
 }
 
-/// A font of the system; without one osgText falls back to its built-in letters.
+/// A font of the system, the one of the window if it is installed; without any osgText falls back
+/// to its built-in letters.
 osg::ref_ptr<osgText::Font> label_font() {
+  // The reader of fonts refuses names that end with .otf, but reads their content.
+  osgDB::ReaderWriter* const reader =
+      osgDB::Registry::instance()->getReaderWriterForExtension("ttf");
+  if (!reader) return {};
   for (const char* path :
-       {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf",
+       {"/usr/share/fonts/opentype/inter/Inter-Medium.otf",
+        "/usr/share/fonts/truetype/inter/Inter-Medium.ttf",
+        "/usr/share/fonts/inter/Inter-Medium.otf", "/usr/share/fonts/TTF/Inter-Medium.ttf",
+        "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf",
         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"}) {
     if (!std::filesystem::exists(path)) continue;
-    if (auto font = osgText::readRefFontFile(path)) return font;
+    std::ifstream file(path, std::ios::binary);
+    auto read = reader->readObject(file);
+    if (auto* font = dynamic_cast<osgText::Font*>(read.getObject())) return font;
   }
   return {};
 }

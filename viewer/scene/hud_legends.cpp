@@ -12,6 +12,8 @@ namespace {
 // Nominal pixels of a picture 800 pixels high.
 constexpr double kLegendText = 14, kLegendInset = 22, kBarLength = 190, kBarHeight = 10,
                  kPatchToText = 9, kLegendGap = 36, kTickLength = 4;
+constexpr double kPlateMargin = 10;
+constexpr float kLegendOpacity = 0.55F;
 constexpr double kMostBarShare = 0.6;  // of the width of the picture
 
 /// Bands that each have their name beside their middle show kinds, not values.
@@ -38,6 +40,15 @@ std::size_t Hud::place_legends(double width, double height, double scale, std::s
     for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y0}, {x1, y1}, {x0, y1}})
       corners->push_back(osg::Vec3(static_cast<float>(x), static_cast<float>(y), 0));
     colours->insert(colours->end(), 6, is_linear ? linear_of(c) : osg::Vec4f(c.r, c.g, c.b, c.a));
+  };
+  // Plates below all else, so that words are readable in front of any body.
+  osg::ref_ptr<osg::Vec3Array> plates = new osg::Vec3Array;
+  const auto plate = [&](double x0, double y0, double x1, double y1) {
+    const auto pad = static_cast<float>(std::round(kPlateMargin * scale));
+    const auto l = static_cast<float>(x0) - pad, r = static_cast<float>(x1) + pad,
+               b = static_cast<float>(y0) - pad, t = static_cast<float>(y1) + pad;
+    for (const auto& [x, y] : {std::pair{l, b}, {r, b}, {r, t}, {l, b}, {r, t}, {l, t}})
+      plates->push_back(osg::Vec3(std::round(x), std::round(y), 0));
   };
   const double line = std::max(1.0, std::round(scale)), size = kLegendText * scale;
   const double inset = kLegendInset * scale;
@@ -83,7 +94,8 @@ std::size_t Hud::place_legends(double width, double height, double scale, std::s
       t.setAlignment(osgText::Text::CENTER_TOP);
       put(t, middle, low - line - (kTickLength + 3) * scale, size, ink_, is_linear);
     }
-    top = low - (kTickLength + 3) * scale - 2 * size;
+    plate(x0, low - (kTickLength + 3) * scale - size, x1, top);
+    top = low - (kTickLength + 3) * scale - 2 * size - kPlateMargin * scale;
   }
   // Patches with names, below the bars and beside each other.
   double right = width - inset;
@@ -110,8 +122,17 @@ std::size_t Hud::place_legends(double width, double height, double scale, std::s
     }
     title.setAlignment(osgText::Text::RIGHT_BASE_LINE);
     put(title, right, under + 14 * scale, size, ink_, is_linear);
-    right = std::min(x0, right - width_of(title)) - kLegendGap * scale;
+    const double left = std::min(x0, right - width_of(title));
+    plate(left, under - static_cast<double>(legend.colours.size()) * step, right, top);
+    right = left - kLegendGap * scale;
   }
+  const bool is_light = ink_.r > 0.5F;
+  const Colour ground{is_light ? 0.08F : 1, is_light ? 0.09F : 1, is_light ? 0.11F : 1,
+                      kLegendOpacity};
+  corners->insert(corners->begin(), plates->begin(), plates->end());
+  colours->insert(
+      colours->begin(), plates->size(),
+      is_linear ? linear_of(ground) : osg::Vec4f(ground.r, ground.g, ground.b, ground.a));
   bars->setVertexArray(corners);
   bars->setColorArray(colours, osg::Array::BIND_PER_VERTEX);
   bars->addPrimitiveSet(
