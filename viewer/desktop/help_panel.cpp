@@ -429,8 +429,13 @@ void HelpPanel::style_text() {
       QTextBlockFormat ground;
       ground.setBackground(t.field);
       ground.setLeftMargin(t.gap);
+      // Long lines wrap: without that they widen the page, and the ground of short ones ends early.
+      ground.setNonBreakableLines(false);
+      const auto goes_on = [](const QTextBlock& beside) {
+        return beside.isValid() && beside.blockFormat().hasProperty(QTextFormat::BlockCodeFence);
+      };
       ground.setTopMargin(0);
-      ground.setBottomMargin(0);
+      ground.setBottomMargin(goes_on(block.next()) ? 0 : t.gap);
       at.mergeBlockFormat(ground);
       if (format.stringProperty(QTextFormat::BlockCodeLanguage) == "lua")
         colour_lua(block.text(), 0, [&](int from, int length, const QColor& colour) {
