@@ -37,6 +37,7 @@ namespace robomosp::viewer {
 namespace {
 
 constexpr int kTrafficMs = 1000;
+constexpr double kLongestLine = 480;  ///< of a field of one line [px of the design]
 constexpr int kMostAnswerLines = 2000;
 constexpr std::size_t kMostAnswer = 20000;  ///< characters shown of an answer
 constexpr double kAnswerSeconds = 60;
@@ -198,7 +199,17 @@ ConnectionsPanel::ConnectionsPanel(Desk& desk, QWidget* parent)
     if (name == "connection.open" || name == "connection.close" || name == "connection.reopen")
       ask_connections();
   });
+  apply_theme();
   refresh();
+}
+
+void ConnectionsPanel::apply_theme() {
+  for (QWidget* line : lines_) line->setMaximumWidth(theme().px(kLongestLine));
+}
+
+void ConnectionsPanel::changeEvent(QEvent* event) {
+  if (std::exchange(themed_, theme_revision()) != theme_revision()) apply_theme();
+  QWidget::changeEvent(event);
 }
 
 // --- pages -----------------------------------------------------------------------------------
@@ -225,7 +236,15 @@ QWidget* ConnectionsPanel::make_server() {
     auto* label = named(new QLabel(words), name + "_label", words, words);
     label->setProperty("dim", true);
     grid->addWidget(label, row, 0);
-    grid->addWidget(field, row, 1, 1, 3);
+    if (qobject_cast<QLineEdit*>(field)) {
+      auto* across = new QHBoxLayout;
+      across->addWidget(field, 100);
+      across->addStretch(1);
+      grid->addLayout(across, row, 1, 1, 3);
+      lines_.push_back(field);
+    } else {
+      grid->addWidget(field, row, 1, 1, 3);
+    }
     ++row;
   };
   address_ = named(new QLineEdit("127.0.0.1:7007"), "server_address", "Addresses",

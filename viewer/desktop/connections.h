@@ -13,6 +13,7 @@
 #include <QWidget>
 
 #include "viewer/desktop/desk.h"
+#include "viewer/theme/theme.h"
 
 class QCheckBox;
 class QComboBox;
@@ -61,10 +62,12 @@ class ConnectionsPanel : public QWidget {
   Listeners<> changed;  ///< the state
 
  protected:
+  void changeEvent(QEvent* event) override;
   void showEvent(QShowEvent* event) override;
   void hideEvent(QHideEvent* event) override;
 
  private:
+  void apply_theme();
   QWidget* make_server();
   QWidget* make_clients();
   QWidget* make_tokens();
@@ -100,10 +103,12 @@ class ConnectionsPanel : public QWidget {
   QLineEdit *remote_address_ = nullptr, *remote_token_ = nullptr, *line_ = nullptr;
   QComboBox* remotes_ = nullptr;
   QPlainTextEdit* answers_ = nullptr;
+  std::vector<QWidget*> lines_;  ///< fields of one line, which stay short in a wide panel
   QStringList sent_;
   qsizetype at_ = 0;  ///< of sent_
   Desk::Answer calling_;
   QTimer timer_;  ///< follows the traffic while the panel is shown and a server runs
+  int themed_ = theme_revision();
 };
 
 }  // namespace robomosp::viewer
