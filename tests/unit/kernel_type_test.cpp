@@ -431,7 +431,8 @@ TEST(Words, HaveLabelsOfTheDeclarationOrMadeOfThem) {
 TEST(JsonSchema, AnnotatesWords) {
   const Map m = json_schema({param("rows", "enum(none | mdh: Craig's rows.)", "Which.")}, "t", "");
   EXPECT_EQ(literal(*m.find("properties")->as_map()->find("rows")),
-            "{enum = {\"none\", \"mdh\"}, oneOf = {{const = \"none\", title = \"None\"}, {const = \"mdh\", title = \"MDH\", "
+            "{enum = {\"none\", \"mdh\"}, oneOf = {{const = \"none\", title = \"None\"}, {const = "
+            "\"mdh\", title = \"MDH\", "
             "description = \"Craig's rows.\"}}, description = \"Which.\"}");
 }
 
