@@ -291,15 +291,47 @@ TEST(SchemaForms, EveryConditionShowsAndHidesItsField) {
   std::cout << "Note: " << conditions << " conditions.\n";
 }
 
-/// Calls see for a type and the alternatives of it.
-void each_alternative(const TypeTree& t, const std::function<void(const TypeTree&)>& see) {
-  see(t);
-  if (t.kind == TypeKind::list && t.element) each_alternative(*t.element, see);
-  for (const auto& option : t.options) each_alternative(*option, see);
+/// A part of an argument: its path, its type, and the arguments that it needs around it.
+using SeePart =
+    std::function<void(const std::string& path, const TypeTree& type, const Map& given)>;
+
+/// Calls see for the type at a path and all types within it; types with names once in `names`.
+/// `around` makes the arguments of those that a part needs beside it.
+void each_part(const std::string& path, const TypeTree& t,
+               const std::function<Map(const Map&)>& around, std::set<std::string>& names,
+               const SeePart& see) {
+  see(path, t, around({}));
+  if (t.kind == TypeKind::named) {
+    const TypeTree* named = named_type(t.word);
+    if (named && names.insert(t.word).second) each_part(path, *named, around, names, see);
+    return;
+  }
+  if (t.element)
+    each_part(
+        path + "[1]", *t.element,
+        [&](const Map& inner) {  // an element that needs nothing needs no list
+          return inner.empty() ? Map() : around(Map{{"", List{Value(inner)}}});
+        },
+        names, see);
+  for (const auto& option : t.options) each_part(path, *option, around, names, see);
+  const auto fields = [&](const Schema& schema, const Map& with) {
+    for (const ParamSpec& p : schema)
+      each_part(
+          path + "." + p.name, type_tree(p.type),
+          [&, name = p.name](const Map& inner) {
+            Map out = with;
+            if (const Value* whole = inner.find("")) out.set(name, *whole);
+            else if (!inner.empty()) out.set(name, Value(inner));
+            return around(out);
+          },
+          names, see);
+  };
+  fields(t.fields, {});
+  for (const auto& [word, own] : t.cases) fields(own, Map{{t.decided_by, word}});
 }
 
 // Each word behind `member:`, each kind of record and each interface gives choices in a document
-// that has one of everything.
+// that has one of everything, also in tables within arguments, providers' parameters and records.
 TEST(SchemaSources, EachHasChoices) {
   host().document.clear();
   Session session("choices");
@@ -330,30 +362,68 @@ TEST(SchemaSources, EachHasChoices) {
       "cell:add_trajectory{trajectory = \"seam\"}\ncell:add_frame{name = \"bench\"}\n"
       "cell:add_light{name = \"lamp\"}\ncell:add_task{task = \"job\"}\n"
       "cell:add_program{program = \"rest\", name = \"rest\"}\ncell:add_signal{name = \"go\"}\n"
-      "cell:attach{object = \"pin\", robot = \"left\"}\n",
+      "cell:attach{object = \"pin\", robot = \"left\"}\n"
+      "recording.create{columns = {{name = \"height\", values = {1, 2}}}, title = \"drops\"}\n"
+      "start(\"world.list\"):wait()\n"
+      "solid.create{name = \"cube\", material = \"steel\", root = {kind = \"box\", x = 0.1, y = "
+      "0.1, z = 0.1}}\n"
+      "local fall = world.create{name = \"fall\"}\nfall:add_object{what = \"cube\"}\n"
+      "fall:start_run(\"physics\", {duration = 0.1})\n",
       "one of everything");
   ASSERT_TRUE(done.ok()) << done.error().sentence();
-  std::set<std::string> asked;
+  std::set<std::string> asked, words;
+  const auto ask = [&](const Map& form, const std::string& name, const Schema& schema) {
+    // Parts of types with names are looked at once for each form.
+    std::set<std::string> here;
+    for (const ParamSpec& p : schema)
+      each_part(
+          p.name, type_tree(p.type),
+          [&](const Map& inner) {
+            Map out;
+            if (const Value* whole = inner.find("")) out.set(p.name, *whole);
+            else if (!inner.empty()) out.set(p.name, Value(inner));
+            return out;
+          },
+          here,
+          [&](const std::string& path, const TypeTree& t, const Map& given) {
+            std::string source;
+            if (t.kind == TypeKind::member) source = "member:" + t.word;
+            if (t.kind == TypeKind::reference) source = "ref:" + text::join(t.words, "|");
+            if (t.kind == TypeKind::provider) source = "provider:" + text::join(t.words, "|");
+            // A plugin has these; none that is shipped does.
+            if (source.empty() || source == "member:setting" || source == "member:module" ||
+                source == "provider:primitive")
+              return;
+            words.insert(source);
+            // Once for each source and place of it: an argument, or a path within one.
+            const std::size_t dot = path.find_first_of(".[");
+            if (!asked.insert(source + " " + (dot == path.npos ? "" : path.substr(dot))).second)
+              return;
+            Map args = form;
+            args.set("argument", path);
+            args.set("given", Value(given));
+            const auto found = host().dispatch(session, "schema.choices", args);
+            ASSERT_TRUE(found.ok()) << name << " " << path << " " << literal(Value(given)) << ": "
+                                    << found.error().sentence();
+            EXPECT_FALSE(found->as_list()->empty())
+                << source << " at " << path << " of " << name << " has no choices";
+          });
+  };
   for (const CommandSpec* spec : host().commands.list())
-    for (const ParamSpec& p : spec->params)
-      each_alternative(type_tree(p.type), [&](const TypeTree& t) {
-        std::string source;
-        if (t.kind == TypeKind::member) source = "member:" + t.word;
-        if (t.kind == TypeKind::reference) source = "ref:" + text::join(t.words, "|");
-        if (t.kind == TypeKind::provider) source = "provider:" + text::join(t.words, "|");
-        // Recordings, runs and jobs are not in a document; settings need a plugin that has some.
-        const bool is_apart = source.find("recording") != std::string::npos ||
-                              source == "ref:run" || source == "ref:job" ||
-                              source == "member:column" || source == "member:setting" ||
-                              source == "member:module";
-        if (source.empty() || is_apart || !asked.insert(source).second) return;
-        const auto found = host().dispatch(session, "schema.choices",
-                                           Map{{"command", spec->name}, {"argument", p.name}});
-        ASSERT_TRUE(found.ok()) << spec->name << " " << p.name;
-        EXPECT_FALSE(found->as_list()->empty())
-            << source << " of " << spec->name << "{" << p.name << "=} has no choices";
-      });
-  EXPECT_GT(asked.size(), 30U);
+    ask({{"command", spec->name}}, spec->name, spec->params);
+  for (const ProviderInfo& p : host().registry.list()) {
+    std::string interface = p.interface_id.substr(0, p.interface_id.find('/'));
+    interface.erase(0, interface.rfind('.') + 1);
+    ask({{"interface", interface}, {"provider", p.name}}, p.interface_id + " " + p.name, p.schema);
+  }
+  for (const Kind k : all_kinds())
+    ask({{"kind", std::string(to_string(k))}}, std::string(to_string(k)),
+        model::record_fields(model::info(k)));
+  for (const char* source : {"ref:recording", "ref:run", "ref:job", "member:column"})
+    EXPECT_TRUE(words.contains(source)) << source;
+  std::cout << "Note: " << asked.size() << " places of " << words.size() << " sources.\n";
+  EXPECT_GT(words.size(), 30U);
+  EXPECT_GT(asked.size(), 100U);
   // Commands that edit load records of the library by name, others do not.
   const auto names = [&](const char* command) {
     std::set<std::string> out;
@@ -366,6 +436,8 @@ TEST(SchemaSources, EachHasChoices) {
   EXPECT_TRUE(names("robot.set_link").contains("pa10"));
   EXPECT_FALSE(names("robot.fk").contains("pa10"));
   EXPECT_TRUE(names("robot.fk").contains("arm"));
+  for (const auto& [number, recording] : host().recordings.list()) host().recordings.remove(number);
+  (void)lua.run_string("for _, r in ipairs(run.list()) do r.id:remove() end", "end").ok();
   host().document.clear();
 }
 

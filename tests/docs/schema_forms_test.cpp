@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <iostream>
 #include <map>
 #include <set>
@@ -535,20 +536,54 @@ TEST_F(SchemaChoices, WordsHaveLabels) {
   EXPECT_NE(std::find(speeds.begin(), speeds.end(), "Max"), speeds.end());
 }
 
-// Every argument of every command. How long the answers take is measured by
-// slowest_choices_of_any_argument in tests/bench.
+// Every argument of every command; one that takes a record, member or provider of which the scene
+// has some has choices. How long the answers take is measured by slowest_choices_of_any_argument in
+// tests/bench.
 TEST_F(SchemaChoices, EveryArgumentHasAnAnswer) {
   const test::ExamplesFolder folder("choices");
+  const auto has = [](const std::vector<std::string>& words,
+                      std::initializer_list<const char*> any) {
+    return std::any_of(any.begin(), any.end(), [&](const char* word) {
+      return std::find(words.begin(), words.end(), word) != words.end();
+    });
+  };
+  /// Of what the scene has.
+  const std::function<bool(const TypeTree&)> has_some = [&](const TypeTree& t) {
+    switch (t.kind) {
+      case TypeKind::boolean: return true;
+      case TypeKind::word: return true;
+      case TypeKind::reference: return has(t.words, {"robot", "world", "any"});
+      case TypeKind::member:
+        return has({t.word}, {"link", "link_or_base", "joint", "pose", "robot", "signal", "command",
+                              "kind", "interface"});
+      case TypeKind::provider:
+        return std::any_of(t.words.begin(), t.words.end(), [](const std::string& word) {
+          const auto id = interface_of_word(word);
+          return id.ok() && !program().registry.list(*id).empty();
+        });
+      case TypeKind::list: return t.element && has_some(*t.element);
+      case TypeKind::one_of:
+        return std::any_of(t.options.begin(), t.options.end(),
+                           [&](const auto& option) { return has_some(*option); });
+      default: return false;
+    }
+  };
+  std::size_t with_some = 0;
   for (const CommandSpec* spec : program().commands.list())
     for (const ParamSpec& p : spec->params) {
       const auto found = program().dispatch(session_, "schema.choices",
                                             Map{{"command", spec->name}, {"argument", p.name}});
       ASSERT_TRUE(found.ok()) << spec->name << " " << p.name << ": " << found.error().sentence();
+      if (has_some(type_tree(p.type))) {
+        ++with_some;
+        EXPECT_FALSE(found->as_list()->empty()) << spec->name << " " << p.name << ": " << p.type;
+      }
       std::set<std::string> values;
       for (const Value& choice : *found->as_list())
         EXPECT_TRUE(values.insert(literal(*choice.as_map()->find("value"))).second)
             << spec->name << " " << p.name << " twice: " << literal(choice);
     }
+  EXPECT_GT(with_some, 600U);
 }
 
 TEST(SchemaForms, JsonSchemasResolve) {

@@ -7,6 +7,7 @@
 #include "document/each_record.h"
 #include "ioci/core/commands.h"
 #include "ioci/core/interface_words.h"
+#include "ioci/core/runs.h"
 #include "ioci/schema/member_choices.h"
 #include "kernel/folder_names.h"
 #include "kernel/letters.h"
@@ -184,11 +185,13 @@ class Chooser {
   }
 
   void references(const TypeTree& t) {
-    const bool is_any = std::find(t.words.begin(), t.words.end(), "any") != t.words.end();
+    const auto takes = [&t](std::string_view kind) {
+      return std::find(t.words.begin(), t.words.end(), kind) != t.words.end();
+    };
+    const bool is_any = takes("any");
     std::vector<Kind> kinds;
     for (const Kind k : all_kinds())
-      if (is_any || std::find(t.words.begin(), t.words.end(), to_string(k)) != t.words.end())
-        kinds.push_back(k);
+      if (is_any || takes(to_string(k))) kinds.push_back(k);
     // By kind, but in one pass over the document.
     std::vector<std::vector<const std::string*>> names(all_kinds().size());
     std::size_t found = 0;
@@ -210,9 +213,15 @@ class Chooser {
       for (const Kind k : kinds)
         for (const std::string& name : library_names(ctx_.app, k))
           out_.add(name, std::string(to_string(k)) + " of the library");
-    if (std::find(t.words.begin(), t.words.end(), "recording") != t.words.end())
-      for (const auto& [number, r] : ctx_.app.recordings.list())
-        if (Choice* c = out_.add("recording#" + std::to_string(number))) c->label = r->title;
+    const auto add = [this](const char* kind, std::uint64_t number, const std::string& label) {
+      if (Choice* c = out_.add(kind + ("#" + std::to_string(number)))) c->label = label;
+    };
+    if (takes("recording"))
+      for (const auto& [number, r] : ctx_.app.recordings.list()) add("recording", number, r->title);
+    if (takes("run"))
+      for (const auto& [number, entry] : ctx_.app.runs->list()) add("run", number, entry->title);
+    if (takes("job"))
+      for (const JobStatus& s : ctx_.app.jobs.list()) add("job", s.id, s.label);
   }
 
   void providers(const TypeTree& t) {
@@ -285,11 +294,17 @@ class Chooser {
     }
     if (word == "column") {
       const Owner owner = owner_of(of, "recording");
-      if (owner.recording)
-        for (const recording::Column& c : owner.recording->columns) {
+      const std::size_t first = out_.size();
+      const auto add = [this](const recording::Recording& r) {
+        for (const recording::Column& c : r.columns) {
           if (out_.is_full()) break;
           out_.add(c.name, c.doc);
         }
+      };
+      if (owner.recording) add(*owner.recording);
+      else if (!owner.is_given)
+        for (const auto& [number, r] : ctx_.app.recordings.list()) add(*r);
+      leave_open(owner, first);
     }
   }
   /// Choices from `first` on, of records that nothing given names.
