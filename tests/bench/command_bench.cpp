@@ -205,8 +205,28 @@ BENCHMARK_CAPTURE(check_rows, segments, "trajectory.create", "segments",
     ->Unit(benchmark::kMicrosecond);
 
 /// The first call of a program describes each command.
-void describe_all_commands_first(benchmark::State& state) { once(state, kHall, "ioci.describe()"); }
+void describe_all_commands_first(benchmark::State& state) {
+  for (auto _ : state) {
+    state.PauseTiming();
+    Program p(kHall);
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(p.app->dispatch(p.session, "ioci.describe", Map()));
+    state.PauseTiming();
+    p.state.reset();
+    p.app.reset();
+    state.ResumeTiming();
+  }
+}
 BENCHMARK(describe_all_commands_first)
+    ->Iterations(3)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// The same with all of it as tables of Lua.
+void describe_all_commands_in_lua(benchmark::State& state) {
+  once(state, kHall, "ioci.describe()");
+}
+BENCHMARK(describe_all_commands_in_lua)
     ->Iterations(3)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
