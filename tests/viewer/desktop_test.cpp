@@ -20,6 +20,7 @@
 #include <QApplication>
 #include <QDockWidget>
 #include <QElapsedTimer>
+#include <QImage>
 #include <QLabel>
 #include <QLineEdit>
 #include <QListView>
@@ -256,6 +257,63 @@ TEST_F(DesktopTest, TheTopBarAndTheStatusBarFitNarrowWindowsAndLargeText) {
   spaces->actions()[1]->trigger();
   EXPECT_EQ(window_->workspace(), Workspace::robot);
   EXPECT_EQ(widget<QToolButton>("workspace_one")->text(), "Robot");
+  window_->set_theme_and_zoom(true, 1);
+}
+
+/// A screen of 1366 x 768 with texts at 150 %, as docs/images/desktop_small_dark_150.png shows it.
+TEST_F(DesktopTest, ASmallScreenWithLargeTextShowsARecordingMenusAndStatus) {
+  const Handle arm = made(
+      "robot.create", {{"name", "arm"},
+                       {"convention", "dh"},
+                       {"links", List{Map{{"name", "swing"}, {"joint", "revolute"}, {"a", 0.5}}}}});
+  const Handle path =
+      made("trajectory.create",
+           {{"name", "turn"},
+            {"sample_time", 0.01},
+            {"segments", List{Map{{"shape", "ptp"}, {"joints", List{List{0.0}, List{1.0}}}}}}});
+  const Handle world = made("world.create", {{"name", "cell"}});
+  called("world.add_robot", {{"id", world}, {"robot", arm}});
+  called("world.add_trajectory", {{"id", world}, {"trajectory", path}});
+  ASSERT_NE(window_->open_view(world, "cell"), nullptr);
+  settle();
+  window_->set_workspace(Workspace::motion);
+  window_->reset_layout();
+  const Handle run =
+      made("world.inverse_kinematics", {{"id", world}, {"robot", "arm"}, {"trajectory", "turn"}});
+  window_->timeline().on_open(run);
+  settle();
+  desk_->select({{world, "robots.arm"}});
+  settle();
+  for (const QSize before : {QSize(1600, 1000), QSize(1366, 768)}) {
+    SCOPED_TRACE(before.width());
+    window_->set_theme_and_zoom(true, 1);
+    window_->resize(before);
+    settle();
+    window_->set_theme_and_zoom(true, 1.5);
+    settle();
+    window_->resize(1366, 768);
+    settle();
+    EXPECT_EQ(window_->size(), QSize(1366, 768));
+    EXPECT_EQ(widget("status")->mapTo(window_.get(), widget("status")->rect().bottomLeft()).y(),
+              767);
+    const auto png = photograph_of(*window_);
+    ASSERT_TRUE(png.ok());
+    const QImage picture =
+        QImage::fromData(QByteArray(png->data(), static_cast<qsizetype>(png->size())));
+    ASSERT_EQ(picture.size(), QSize(1366, 768));
+    const auto* menus = widget<QMenuBar>("menu_bar");
+    for (QAction* menu : menus->actions()) {
+      SCOPED_TRACE(utf8(menu->text()));
+      const QRect at = menus->actionGeometry(menu);
+      ASSERT_FALSE(at.isEmpty());
+      EXPECT_TRUE(menus->rect().contains(at));
+      std::set<QRgb> colours;
+      const QPoint from = menus->mapTo(window_.get(), at.topLeft());
+      for (int y = 0; y < at.height(); ++y)
+        for (int x = 0; x < at.width(); ++x) colours.insert(picture.pixel(from + QPoint(x, y)));
+      EXPECT_GT(colours.size(), 8U);
+    }
+  }
   window_->set_theme_and_zoom(true, 1);
 }
 

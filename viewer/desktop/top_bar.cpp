@@ -174,7 +174,6 @@ bool TopBar::eventFilter(QObject* object, QEvent* event) {
 
 void TopBar::apply_theme() {
   themed_ = theme_revision();
-  setFixedHeight(theme().bar);
   one_->setIcon(icon("chevron_down"));
   one_->setIconSize(QSize(theme().px(12), theme().px(12)));
   arrange();
@@ -182,7 +181,10 @@ void TopBar::apply_theme() {
 
 void TopBar::arrange() {
   const Theme& t = theme();
-  const int gap = t.gap / 2, all = width(), high = height();
+  // Qt paints no menu that is higher than its bar, as rounded heights of large text may be.
+  const int high = std::max(t.bar, menus_.sizeHint().height());
+  if (minimumHeight() != high) setFixedHeight(high);
+  const int gap = t.gap / 2, all = width();
   const int menus = menus_.sizeHint().width();
   // The present one is bold, and wider than its hint.
   const int four = spaces_->sizeHint().width() + t.px(6);
