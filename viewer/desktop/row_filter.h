@@ -18,7 +18,7 @@ class RowFilter : public QSortFilterProxyModel {
   explicit RowFilter(int kind_role, QObject* parent = nullptr);
 
   void setSourceModel(QAbstractItemModel* model) override;
-  /// "kind:robot" keeps rows whose kind begins so.
+  /// "kind:robot" keeps rows with kinds that begin so.
   void set_words(const QStringList& words);
   /// Keeps rows of these kinds; empty = of all.
   void set_kinds(const QStringList& kinds);
