@@ -22,6 +22,7 @@
 #include "viewer/forms/field_factory.h"
 #include "viewer/theme/icons.h"
 #include "viewer/theme/theme.h"
+#include "viewer/widgets/elided.h"
 
 namespace robomosp::viewer {
 namespace {
@@ -331,7 +332,8 @@ void SchemaForm::arrange() {
       next_line();
       if (!g.name.empty()) {
         if (!g.head) {
-          g.head = new QToolButton(this);
+          g.head = new ElidedToolButton(this);
+          g.head->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Fixed);
           g.head->setObjectName(objectName() + ".group." + qt(g.name));
           g.head->setText(readable(g.name));
           g.head->setAccessibleName(g.head->text());

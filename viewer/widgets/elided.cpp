@@ -4,6 +4,7 @@
 #include <QStyleOptionButton>
 #include <QStyleOptionComboBox>
 #include <QStyleOptionFrame>
+#include <QStyleOptionToolButton>
 #include <QStylePainter>
 
 namespace robomosp::viewer {
@@ -17,6 +18,22 @@ void ElidedButton::paintEvent(QPaintEvent*) {
   if (!option.icon.isNull()) room -= option.iconSize.width() + kIconGap;
   option.text = option.fontMetrics.elidedText(option.text, Qt::ElideRight, room);
   p.drawControl(QStyle::CE_PushButton, option);
+}
+
+QSize ElidedToolButton::minimumSizeHint() const {
+  return {3 * iconSize().width(), QToolButton::minimumSizeHint().height()};
+}
+
+void ElidedToolButton::paintEvent(QPaintEvent*) {
+  QStylePainter p(this);
+  QStyleOptionToolButton option;
+  initStyleOption(&option);
+  const int missing = sizeHint().width() - width();
+  if (missing > 0) {
+    const int whole = option.fontMetrics.horizontalAdvance(option.text);
+    option.text = option.fontMetrics.elidedText(option.text, Qt::ElideRight, whole - missing);
+  }
+  p.drawComplexControl(QStyle::CC_ToolButton, option);
 }
 
 void ElidedLine::paintEvent(QPaintEvent* event) {

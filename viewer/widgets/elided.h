@@ -6,12 +6,23 @@
 #include <QComboBox>
 #include <QLineEdit>
 #include <QPushButton>
+#include <QToolButton>
 
 namespace robomosp::viewer {
 
 class ElidedButton : public QPushButton {
  public:
   using QPushButton::QPushButton;
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+};
+
+/// With its text beside the icon; narrower than its text if it has to be.
+class ElidedToolButton : public QToolButton {
+ public:
+  using QToolButton::QToolButton;
+  [[nodiscard]] QSize minimumSizeHint() const override;
 
  protected:
   void paintEvent(QPaintEvent* event) override;
