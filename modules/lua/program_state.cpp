@@ -13,6 +13,7 @@
 #include "ioci/core/chosen_providers.h"
 #include "ioci/core/classic.h"
 #include "ioci/core/commands.h"
+#include "ioci/core/scripted.h"
 #include "kernel/permit.h"
 #include "kernel/text.h"
 #include "lua/kept_scripts.h"
@@ -48,12 +49,14 @@ class ProgramHost final : public CommandHost {
     return nouns_.contains(lower(ioci::without_prefix(word)));
   }
   Result<Value> dispatch(const ioci::CommandSpec& spec, const Map& args) override {
+    const ioci::ScriptedCalls by_lua;
     return app_.dispatch(session_, spec, args);
   }
   Result<Handle> dispatch_async(const ioci::CommandSpec& spec, Map args) override {
     return app_.dispatch_async(session_, spec.name, std::move(args));
   }
   Result<Value> dispatch_classic(std::string_view line) override {
+    const ioci::ScriptedCalls by_lua;
     return app_.dispatch_classic(session_, line);
   }
   Result<void> transaction(const std::string& label,

@@ -591,6 +591,25 @@ TEST_F(DesktopTest, EntriesOfTheMenusShowTheirLinesOnceAndAMacroRepeatsThem) {
   settle();
 }
 
+// Panels call their commands by the client alone, while the console evaluates.
+TEST_F(DesktopTest, AnEditOfAPanelHasItsLineWhateverTheConsoleEvaluates) {
+  const Handle steel = made("material.create", {{"name", "steel"}, {"density", 7850.0}});
+  settle();
+  QStringList lines;
+  QObject listener;
+  desk_->acted.add(&listener, [&](const std::string& line) { lines << shown(line); });
+  (void)desk_->client().call("record.set", {{"id", steel}, {"path", "density"}, {"value", 7000.0}},
+                             {});
+  window_->console().run("record.set{id = \"steel\", path = \"density\", value = 7100}");
+  (void)desk_->client().call("record.set", {{"id", steel}, {"path", "density"}, {"value", 7200.0}},
+                             {});
+  window_->console().run("x = 1");
+  settle();
+  EXPECT_EQ(lines.filter("record.set").join("; ").toStdString(),
+            "record.set{id = \"steel\", path = \"density\", value = 7000}; "
+            "record.set{id = \"steel\", path = \"density\", value = 7200}");
+}
+
 TEST_F(DesktopTest, AFailureIsASentenceInMessagesAndNoDialog) {
   desk_->act("material.create", {{"name", "air"}, {"density", -1.0}});
   ASSERT_TRUE(until([&] { return window_->messages().model().rowCount({}) > 0; }));

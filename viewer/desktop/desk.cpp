@@ -197,11 +197,13 @@ void Desk::take(const ioci::Event& event) {
   if (event.topic == Topic::command && event.command && event.command->author.session == session_ &&
       session_ != 0) {
     const ioci::CommandRun& run = *event.command;
-    // Calls are reported in their order. What the console evaluates it shows already.
+    // Calls are reported in their order; those of Lua are none of these. What the console evaluates
+    // it shows already.
     const auto call = std::find_if(called_.begin(), called_.end(), [&run](const auto& each) {
-      return each->command == run.command;
+      return !run.is_scripted && each->command == run.command;
     });
-    const bool is_echoed = call == called_.end() ? evaluating_ == 0 : (*call)->is_act;
+    const bool is_echoed =
+        run.is_scripted ? evaluating_ == 0 : call == called_.end() || (*call)->is_act;
     if (call != called_.end()) called_.erase(call);
     if (is_echoed && !run.failure && !run.only_reads) {
       if (run.gesture == 0 && run.draft == 0) acted(run.line);

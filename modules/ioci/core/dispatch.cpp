@@ -18,6 +18,7 @@
 #include "ioci/core/renamed_arguments.h"
 #include "ioci/core/room_parts.h"
 #include "ioci/core/runs.h"
+#include "ioci/core/scripted.h"
 #include "ioci/core/secrets.h"
 #include "ioci/core/surroundings.h"
 #include "ioci/core/watchers.h"
@@ -678,6 +679,7 @@ class Application::Told {
       run.job = Jobs::here();
       run.gesture = place_.gesture;
       run.draft = place_.number;
+      run.is_scripted = is_scripted_;
       app_.events.publish(std::move(run));
     }
     if (topics_ & kSurroundings) app_.kept<Surroundings>().look();
@@ -690,6 +692,7 @@ class Application::Told {
   const Place& place_;
   std::uint32_t topics_ = 0;
   bool only_reads_ = false;
+  bool is_scripted_ = ScriptedCalls::here();
   std::optional<LuaLine> line_;
   document::Author author_;
   std::chrono::steady_clock::time_point begin_;

@@ -75,6 +75,7 @@ struct CommandRun {
   bool only_reads = false;       ///< according to the command table
   std::optional<Error> failure;  ///< empty = success
   std::uint64_t job = 0, gesture = 0, draft = 0;  ///< that it was part of; 0 = none
+  bool is_scripted = false;  ///< called by Lua: a script, or what a console evaluates
 };
 
 /// A change of an object other than a record, as front ends see it.
