@@ -279,7 +279,7 @@ std::string records_of(ioci::Application& app) {
 TEST_F(RandomActs, DoNoHarmAndLoseNoEdit) {
   auto* meter = static_cast<MeteredApplication*>(QApplication::instance());
   std::vector<std::string> lines;
-  std::string reached, begin, undone;
+  std::string reached, begin, undone, ran;
   std::string records_reached, records_undone;
   int acts = 0;
   {
@@ -287,6 +287,15 @@ TEST_F(RandomActs, DoNoHarmAndLoseNoEdit) {
     ASSERT_TRUE(h.settle());
     QObject listener;
     h.desk().acted.add(&listener, [&](const std::string& line) { lines.push_back(line); });
+    // All that ran, with those that have no line, to find one that is missing.
+    h.desk().events.add(&listener, [&](const ioci::Event& e) {
+      if (e.topic != ioci::Topic::command || !e.command || e.command->only_reads) return;
+      const ioci::CommandRun& run = *e.command;
+      ran += "\n  " + run.line + " [session " + std::to_string(run.author.session) +
+             (run.gesture ? ", gesture " + std::to_string(run.gesture) : "") +
+             (run.draft ? ", draft " + std::to_string(run.draft) : "") +
+             (run.failure ? ", failed" : "") + "]";
+    });
     make_records();
     ASSERT_TRUE(h.settle());
     begin = digest_of(*app_);
@@ -376,7 +385,8 @@ TEST_F(RandomActs, DoNoHarmAndLoseNoEdit) {
   ASSERT_TRUE(h.settle(120000));
   EXPECT_EQ(digest_of(*app_), reached)
       << "the lines give another document:\n  " << records_of(*app_) << "\nand not:\n  "
-      << records_reached << "\nthe lines:" << all << "\nrefused:" << failures;
+      << records_reached << "\nthe lines:" << all << "\nrefused:" << failures
+      << "\nwhat ran:" << ran;
 }
 
 }  // namespace
