@@ -67,13 +67,21 @@ QString shown_number(double value, int digits) {
   return text.replace('-', QChar(0x2212));
 }
 
-QRectF paint_label(QPainter& painter, QPointF at, const QString& text, const QColor& ground,
-                   const QColor& colour) {
+namespace {
+/// What paint_label() paints on.
+QRectF label_box(QPainter& painter, QPointF at, const QString& text) {
   const Theme& t = theme();
   painter.setFont(t.mono);
   const QRectF inner =
       painter.fontMetrics().boundingRect(QRect(0, 0, t.px(420), t.px(400)), Qt::TextWordWrap, text);
-  const QRectF box(at, inner.size() + QSizeF(t.gap, t.gap / 2.0));
+  return {at, inner.size() + QSizeF(t.gap, t.gap / 2.0)};
+}
+}  // namespace
+
+QRectF paint_label(QPainter& painter, QPointF at, const QString& text, const QColor& ground,
+                   const QColor& colour) {
+  const Theme& t = theme();
+  const QRectF box = label_box(painter, at, text);
   painter.setPen(Qt::NoPen);
   painter.setBrush(ground);
   painter.drawRoundedRect(box, t.radius, t.radius);
@@ -656,16 +664,18 @@ void ViewTools::paint_lights(QPainter& painter) const {
 
 void ViewTools::paint_readout(QPainter& painter, const ScreenCamera& camera) const {
   const Theme& t = theme();
-  if (!hidden_.isEmpty())
-    paint_label(painter, QPointF(t.gap, overlay_->height() - t.px(56)), hidden_, t.label_ground,
-                t.label);
-  if (!drag_) {
-    if (!hint_.isEmpty() && desk_.tools.tool != Tool::select && desk_.tools.tool != Tool::measure &&
-        !desk_.selection().empty() && !is_playing_())
-      paint_label(painter, QPointF(t.gap, overlay_->height() - t.px(30)), hint_, t.label_ground,
-                  t.label);
-    return;
-  }
+  double low = overlay_->height() - t.gap / 2.0;
+  const auto stack = [&](const QString& text) {
+    QRectF box = label_box(painter, QPointF(t.gap, 0), text);
+    box.moveBottom(low);
+    low = box.top() - t.gap / 2.0;
+    paint_label(painter, box.topLeft(), text, t.label_ground, t.label);
+  };
+  if (!drag_ && !hint_.isEmpty() && desk_.tools.tool != Tool::select &&
+      desk_.tools.tool != Tool::measure && !desk_.selection().empty() && !is_playing_())
+    stack(hint_);
+  if (!hidden_.isEmpty()) stack(hidden_);
+  if (!drag_) return;
   const auto at = camera.project(gizmo_.origin);
   if (!at) return;
   // At the border of its view it would be cut off, or be over another one.
