@@ -64,8 +64,7 @@ link = solid.create{
      position = {"length", 0, "-5 mm"}},
     {kind = "circular_pattern", name = "bolts", count = 6, children = {
       {kind = "cylinder", name = "bolt", radius = "3 mm", height = "70 mm",
-       position = {"bore/2 + wall", 0, "-5 mm"}}}}}}}
-link:mass().mass)";
+       position = {"bore/2 + wall", 0, "-5 mm"}}}}}}})";
 
 }  // namespace
 
@@ -121,7 +120,10 @@ void Tour::add_round(bool is_dark, double zoom) {
     steps_.push_back({name + suffix, std::move(act)});
   };
   const auto run = [this](const char* lua) { window_.console().run(lua); };
-  const auto clear = [run] { run("document.clear()"); };
+  const auto clear = [this, run] {
+    while (window_.current_view()) window_.actions().find("close_tab")->trigger();
+    run("document.clear()");
+  };
   add_act([this, is_dark, zoom, clear] {
     clear();
     window_.resize(size_);
@@ -138,6 +140,7 @@ void Tour::add_round(bool is_dark, double zoom) {
     window_.reset_layout();
   });
   add_act([run] { run(kLink); });
+  add_act([run] { run("link:mass().mass"); });
   const auto open_record = [this](const char* kind, const char* name) {
     window_.desk().ask(std::string(kind) + ".get", {{"name", name}},
                        [this, name](const Result<Value>& r) {
