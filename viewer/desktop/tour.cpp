@@ -90,10 +90,13 @@ Tour::Tour(MainWindow& window, std::string folder, QSize size, std::vector<std::
 
 void Tour::keep_wanted(std::size_t first) {
   std::size_t end = first;
+  bool is_wanted = false;
   for (std::size_t i = first; i < steps_.size(); ++i) {
-    if (steps_[i].picture.empty()) continue;
-    if (std::erase(only_, steps_[i].picture) > 0) end = i + 1;
-    else steps_[i].picture.clear();
+    if (!steps_[i].picture.empty()) {
+      is_wanted = std::erase(only_, steps_[i].picture) > 0;
+      if (!is_wanted) steps_[i].picture.clear();
+    }
+    if (is_wanted) end = i + 1;  // also what puts away the thing that was photographed
   }
   steps_.resize(end);
 }
