@@ -610,6 +610,27 @@ TEST_F(DesktopTest, AnEditOfAPanelHasItsLineWhateverTheConsoleEvaluates) {
             "record.set{id = \"steel\", path = \"density\", value = 7200}");
 }
 
+TEST_F(DesktopTest, AGestureHasTheLastLineOfEachPlaceThatItSets) {
+  std::vector<Handle> all;
+  for (const char* name : {"steel", "brass"})
+    all.push_back(made("material.create", {{"name", name}, {"density", 7850.0}}));
+  settle();
+  QStringList lines;
+  QObject listener;
+  desk_->acted.add(&listener, [&](const std::string& line) { lines << shown(line); });
+  ioci::Client& client = desk_->client();
+  const auto edits = client.begin_gesture("densities");
+  for (const double density : {7000.0, 7100.0})
+    for (const Handle& each : all)
+      (void)client.call("record.set", {{"id", each}, {"path", "density"}, {"value", density}}, {},
+                        {.in = edits});
+  client.commit(edits);
+  settle();
+  EXPECT_EQ(lines.filter("record.set").join("; ").toStdString(),
+            "record.set{id = \"steel\", path = \"density\", value = 7100}; "
+            "record.set{id = \"brass\", path = \"density\", value = 7100}");
+}
+
 TEST_F(DesktopTest, AFailureIsASentenceInMessagesAndNoDialog) {
   desk_->act("material.create", {{"name", "air"}, {"density", -1.0}});
   ASSERT_TRUE(until([&] { return window_->messages().model().rowCount({}) > 0; }));
@@ -758,6 +779,16 @@ TEST_F(DesktopTest, SearchKeepsRowsWithAllWordsAndKinds) {
   EXPECT_EQ(m->index(0, 0, m->index(0, 0)).data().toString(), "left_over");
   search->clear();
   QTest::keyClick(search, Qt::Key_Return);
+  settle();
+  EXPECT_EQ(open_rows().join(", ").toStdString(), open_before.join(", ").toStdString());
+  // The same if a kind was chosen before the search, and given up after it.
+  window_->navigator().show_kinds({"material"});
+  for (const char* text : {"left", ""}) {
+    search->setText(text);
+    QTest::keyClick(search, Qt::Key_Return);
+    settle();
+  }
+  window_->navigator().show_kinds({});
   settle();
   EXPECT_EQ(open_rows().join(", ").toStdString(), open_before.join(", ").toStdString());
 }

@@ -184,11 +184,16 @@ void Desk::take_unsaved(const ioci::Event& event) {
 
 void Desk::add_gesture_line(const ioci::CommandRun& run) {
   auto& lines = gestures_[run.gesture];
-  // A drag repeats its command with other values; what adds something counts each time.
-  const auto before = std::find_if(lines.begin(), lines.end(), [&](const auto& each) {
-    return each.first == run.command && run.command.find(".add_") == std::string::npos;
-  });
-  if (before == lines.end()) lines.emplace_back(run.command, run.line);
+  // A drag sets the same values again and again: the last line of each place counts. What adds
+  // something counts each time.
+  const std::size_t value = run.line.find(", value = ");
+  const bool adds = run.command.find(".add_") != std::string::npos;
+  const std::string place = adds                         ? run.line
+                            : value == std::string::npos ? run.command
+                                                         : run.line.substr(0, value);
+  const auto before = std::find_if(lines.begin(), lines.end(),
+                                   [&](const auto& each) { return each.first == place; });
+  if (before == lines.end() || adds) lines.emplace_back(place, run.line);
   else before->second = run.line;
 }
 

@@ -158,7 +158,7 @@ class Desk : public QObject {
   int quiet_ = 0;                                     ///< how many Quiet there are
   int scripts_ = 0;                                   ///< that were opened and have not ended
   std::deque<std::shared_ptr<const Called>> called_;  ///< in order, neither reported nor ended
-  /// The lines of each open gesture, with the names of their commands.
+  /// The lines of each open gesture, by the places that they set.
   std::map<std::uint64_t, std::vector<std::pair<std::string, std::string>>> gestures_;
   std::uint64_t session_ = 0;  ///< number of the session; 0 = not known yet
 };

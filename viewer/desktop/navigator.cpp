@@ -365,8 +365,7 @@ void Navigator::open_library() {
 
 void Navigator::show_kinds(const QStringList& kinds) {
   if (!kinds.isEmpty()) model_->load_all();
-  filter_->set_kinds(kinds);
-  if (!kinds.isEmpty()) tree_->expandAll();
+  change_filter([&] { filter_->set_kinds(kinds); });
   kinds_->setIcon(icon(kinds.isEmpty() ? "filter" : "close"));
   kinds_->setToolTip(kinds.isEmpty() ? QString("Show rows of some kinds only")
                                      : "Shown: " + kinds.join(", "));
