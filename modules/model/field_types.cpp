@@ -90,6 +90,7 @@ constexpr FieldNote kFieldNotes[] = {
     {"trajectory", "segments.placement", "@when(stored is present or shape.name is absent)"},
     {"trajectory", "segments.transition.distance", "@when(is_smooth is true)"},
     {"trajectory", "segments.transition.speed", "@when(is_smooth is true)"},
+    {"world", "gravity", "@shown(m/s^2)"},
     {"world", "robots.base_trajectory", "member:trajectory of id"},
     {"world", "tasks.robot", "member:robot of id"},
     {"world", "programs.program", "ref:program"},

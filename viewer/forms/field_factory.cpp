@@ -29,11 +29,6 @@ std::vector<FieldChoice> words_as_choices(const ParamSpec& p) {
   return out;
 }
 
-/// The unit of a parameter for people: that of its kind, but gravity is known in m/s².
-std::string shown_unit_for(const ParamSpec& p, const std::string& unit) {
-  return p.name == "gravity" ? unit : std::string(shown_unit_of(unit));
-}
-
 int axis_of(const std::vector<std::string>& names, std::size_t i, std::size_t count) {
   if (!names.empty()) return names[i] == "x" ? 0 : names[i] == "y" ? 1 : names[i] == "z" ? 2 : -1;
   return count == 3 ? static_cast<int>(i) : -1;
@@ -203,8 +198,8 @@ NumberFormat number_format(const FormContext& context, const ParamSpec& p, std::
   if (f.unit.find('|') != std::string::npos || f.unit.find(" or ") != std::string::npos ||
       f.unit.find(',') != std::string::npos)
     f.unit.clear();
-  f.shown =
-      t.notes.shown_unit.empty() || !unit.empty() ? shown_unit_for(p, f.unit) : t.notes.shown_unit;
+  f.shown = t.notes.shown_unit.empty() || !unit.empty() ? std::string(shown_unit_of(f.unit))
+                                                        : t.notes.shown_unit;
   f.min = t.notes.min ? *t.notes.min : p.min;
   f.max = t.notes.max ? *t.notes.max : p.max;
   f.step = t.notes.step;
@@ -307,9 +302,12 @@ Field* make_field(const FormContextPtr& context, const ParamSpec& p, const std::
   }
   if (!field) field = new OptionsField(context, p, path, parent);
   QString doc = qt(p.doc);
-  if (const std::string unit = unit_of(p); !unit.empty())
-    doc += " [" + unit_text(shown_unit_for(p, unit)) + "]";
   const TypeNotes notes = notes_of(p);
+  if (const std::string unit = unit_of(p); !unit.empty())
+    doc += " [" +
+           unit_text(notes.shown_unit.empty() ? shown_unit_of(unit)
+                                              : std::string_view(notes.shown_unit)) +
+           "]";
   if (!notes.effect.empty()) doc += "\n" + qt(notes.effect);
   if (!notes.deprecated.empty()) doc += "\nDeprecated. " + qt(notes.deprecated);
   field->describe(qt(form_label(p)), doc, qt(context->title + "{" + path + " = }"),

@@ -182,6 +182,7 @@ constexpr ArgumentType kArgumentTypes[] = {
     {"actions", "world.simulate_physics", "list<type:physics_action>"},
     {"objects", "world.simulate_physics", "list<type:physics_object>"},
     {"robots", "world.simulate_physics", "list<type:physics_robot>"},
+    {"gravity", "*", "vec3 @shown(m/s^2)"},
     {"terms", "*", "list<enum(gravity|inertial|velocity|friction|external|spring)>"},
     {"value", "world.set_signal", "bool or real"},
     {"lines", "program.run world.run_task", "list<string or real> or map<list<string or real>>"},
