@@ -43,10 +43,16 @@ osg::ref_ptr<osgText::Font> label_font() {
         "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf",
         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"}) {
+    osgDB::Registry& known = *osgDB::Registry::instance();
+    const osg::ref_ptr<osg::Object> kept = known.getRefFromObjectCache(path);
+    if (auto* font = dynamic_cast<osgText::Font*>(kept.get())) return font;
     if (!std::filesystem::exists(path)) continue;
     std::ifstream file(path, std::ios::binary);
     auto read = reader->readObject(file);
-    if (auto* font = dynamic_cast<osgText::Font*>(read.getObject())) return font;
+    if (auto* font = dynamic_cast<osgText::Font*>(read.getObject())) {
+      known.addEntryToObjectCache(path, font);
+      return font;
+    }
   }
   return {};
 }
