@@ -51,12 +51,6 @@ bool is_inline_in_world(std::string_view group) {
   return group == "robots" || group == "trajectories" || group == "tasks" || group == "programs";
 }
 
-QString capitalised(const std::string& word) {
-  QString text = shown(word);
-  if (!text.isEmpty()) text[0] = text[0].toUpper();
-  return text;
-}
-
 std::string_view icon_of_part(const std::string& kind, const std::string& detail) {
   if (kind == "segment")
     return detail == "line"     ? "segment_line"
@@ -575,7 +569,7 @@ void NavigatorModel::take_outline(Node& node, const List& groups) {
     auto head = std::make_unique<Node>();
     head->type = RowType::group;
     head->key = "group " + list;
-    head->name = capitalised(text_at(group, "label"));
+    head->name = capitalized(shown(text_at(group, "label")));
     head->detail = QString::number(count);
     head->kind = "group";
     head->icon = icon_of_kind(kind);

@@ -51,11 +51,6 @@ constexpr KindShown kKindsShown[] = {
     {"object", "Objects", "Objects of the library", "one click opens one"},
     {"solid", "Solids", "Solids of the library", "one click opens one"}};
 
-QString capitalized(QString text) {
-  if (!text.isEmpty()) text[0] = text[0].toUpper();
-  return text;
-}
-
 /// Title and summary of a card. A description of the library begins with a title, "PUMA 560: beside
 /// a table" or "ABB IRB 140, standard DH"; without a short one the title is the name.
 std::pair<QString, QString> card_texts(const QString& name, const QString& description) {

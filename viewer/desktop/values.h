@@ -22,6 +22,12 @@ namespace robomosp::viewer {
 }
 [[nodiscard]] inline std::string utf8(const QString& text) { return text.toStdString(); }
 
+/// With a capital at its beginning.
+[[nodiscard]] inline QString capitalized(QString text) {
+  if (!text.isEmpty()) text[0] = text[0].toUpper();
+  return text;
+}
+
 /// Members of a map; what is missing or of another type is "", false, 0 or null.
 [[nodiscard]] inline std::string text_at(const Map& m, std::string_view key) {
   const Value* v = m.find(key);

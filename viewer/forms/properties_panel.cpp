@@ -352,18 +352,18 @@ PropertiesPanel::PropertiesPanel(ioci::Client& client, QWidget* parent)
     ask_faults();
     ask_picture();
   });
-  take_lengths();
+  apply_theme();
   set_selection({});
 }
 
-void PropertiesPanel::take_lengths() {
+void PropertiesPanel::apply_theme() {
   const Theme& t = theme();
   head_->setContentsMargins(t.px(12), t.px(6), t.px(12), t.px(6));
   column_->setContentsMargins(t.px(12), t.px(4), t.px(12), t.px(12));
 }
 
 void PropertiesPanel::changeEvent(QEvent* event) {
-  if (std::exchange(themed_, theme_revision()) != theme_revision()) take_lengths();
+  if (std::exchange(themed_, theme_revision()) != theme_revision()) apply_theme();
   QWidget::changeEvent(event);
 }
 

@@ -82,7 +82,7 @@ class PropertiesPanel : public QWidget {
   void changeEvent(QEvent* event) override;
 
  private:
-  void take_lengths();
+  void apply_theme();
   struct Shown;
   void ask_values();
   void take_values();

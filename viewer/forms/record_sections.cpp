@@ -77,16 +77,16 @@ RecordSection::RecordSection(ioci::Client& client, const QString& title, const Q
     content_->setVisible(content_->isHidden());
     head_->setIcon(icon(content_->isHidden() ? "chevron_right" : "chevron_down"));
   });
-  RecordSection::take_lengths();
+  RecordSection::apply_theme();
 }
 
-void RecordSection::take_lengths() {
+void RecordSection::apply_theme() {
   layout()->setContentsMargins(0, theme().px(8), 0, 0);
   layout()->setSpacing(theme().px(2));
 }
 
 void RecordSection::changeEvent(QEvent* event) {
-  if (std::exchange(themed_, theme_revision()) != theme_revision()) take_lengths();
+  if (std::exchange(themed_, theme_revision()) != theme_revision()) apply_theme();
   QWidget::changeEvent(event);
 }
 
@@ -159,12 +159,12 @@ MassSection::MassSection(ioci::Client& client, Handle record, const QString& nam
     rows_.push_back(row);
     ++line;
   }
-  MassSection::take_lengths();
+  MassSection::apply_theme();
   refresh();
 }
 
-void MassSection::take_lengths() {
-  RecordSection::take_lengths();
+void MassSection::apply_theme() {
+  RecordSection::apply_theme();
   grid_->setContentsMargins(theme().px(4), 0, 0, 0);
   grid_->setHorizontalSpacing(theme().px(6));
   for (const Row& row : rows_) row.label->setFixedHeight(theme().px(20));

@@ -35,7 +35,7 @@ class RecordSection : public QWidget {
  protected:
   void changeEvent(QEvent* event) override;
   /// Margins and heights of the present zoom.
-  virtual void take_lengths();
+  virtual void apply_theme();
   /// Asks; ends with finished().
   virtual void ask_values() = 0;
   void finished();
@@ -65,7 +65,7 @@ class MassSection : public RecordSection {
 
  protected:
   void ask_values() override;
-  void take_lengths() override;
+  void apply_theme() override;
 
  private:
   struct Row {

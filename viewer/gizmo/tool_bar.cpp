@@ -105,11 +105,10 @@ void add_tool_actions(MainWindow& window, Actions& actions, QMenu& menu) {
       desk->tools.changed();
     };
   };
-  const auto trigger = [](const std::string& name) { return trigger_line(name); };
   auto* tools = new QActionGroup(&window);
   for (const ToolEntry& each : kTools)
     tools->addAction(actions.add(
-        &menu, {each.name, each.text, each.icon, each.keys, trigger(each.name).c_str(), true},
+        &menu, {each.name, each.text, each.icon, each.keys, trigger_line(each.name).c_str(), true},
         change([tool = each.tool](ToolSettings& t, bool) { t.tool = tool; })));
   menu.addSeparator();
   const auto begin = [&window](GizmoMode mode) {
@@ -140,24 +139,24 @@ void add_tool_actions(MainWindow& window, Actions& actions, QMenu& menu) {
               on_view(&ViewTab::show_all));
   add_fading(window, actions, menu);
   menu.addSeparator();
-  actions.add(&menu, {"snap", "Ma&gnet", "snap", "S", trigger("snap").c_str(), true},
+  actions.add(&menu, {"snap", "Ma&gnet", "snap", "S", trigger_line("snap").c_str(), true},
               change([](ToolSettings& t, bool on) { t.is_snapping = on; }));
   QMenu* snaps = menu.addMenu("Snap t&o");
   snaps->setObjectName("snap_menu");
   snaps->setToolTipsVisible(true);
-  actions.add(nullptr, {"snap_kinds", "Snap to", "", "", trigger("snap_vertex").c_str()}, {})
+  actions.add(nullptr, {"snap_kinds", "Snap to", "", "", trigger_line("snap_vertex").c_str()}, {})
       ->setMenu(snaps);
   for (const SnapEntry& each : kSnaps)
-    actions.add(snaps, {each.name, each.text, "", "", trigger(each.name).c_str(), true},
+    actions.add(snaps, {each.name, each.text, "", "", trigger_line(each.name).c_str(), true},
                 change([flag = each.flag](ToolSettings& t, bool on) { t.*flag = on; }));
   snaps->addSeparator();
   auto* grids = new QActionGroup(&window);
   for (const int mm : kGridsMm) {
     const std::string name = "grid_" + std::to_string(mm),
                       text = "Grid of " + std::to_string(mm) + " mm";
-    grids->addAction(actions.add(snaps,
-                                 {name.c_str(), text.c_str(), "", "", trigger(name).c_str(), true},
-                                 change([mm](ToolSettings& t, bool) { t.grid = mm / 1000.0; })));
+    grids->addAction(
+        actions.add(snaps, {name.c_str(), text.c_str(), "", "", trigger_line(name).c_str(), true},
+                    change([mm](ToolSettings& t, bool) { t.grid = mm / 1000.0; })));
   }
   snaps->addSeparator();
   auto* steps = new QActionGroup(&window);
@@ -165,13 +164,13 @@ void add_tool_actions(MainWindow& window, Actions& actions, QMenu& menu) {
     const std::string name = "angle_" + std::to_string(deg),
                       text = "Turn by " + std::to_string(deg) + " degrees";
     steps->addAction(actions.add(
-        snaps, {name.c_str(), text.c_str(), "", "", trigger(name).c_str(), true},
+        snaps, {name.c_str(), text.c_str(), "", "", trigger_line(name).c_str(), true},
         change([deg](ToolSettings& t, bool) { t.angle = deg * std::numbers::pi / 180; })));
   }
   QMenu* axes = menu.addMenu("A&xes");
   axes->setObjectName("axes_menu");
   axes->setToolTipsVisible(true);
-  actions.add(nullptr, {"tool_axes", "Axes", "frame", "", trigger("axes_world").c_str()}, {})
+  actions.add(nullptr, {"tool_axes", "Axes", "frame", "", trigger_line("axes_world").c_str()}, {})
       ->setMenu(axes);
   struct AxesEntry {
     const char *name, *text;
@@ -181,9 +180,9 @@ void add_tool_actions(MainWindow& window, Actions& actions, QMenu& menu) {
   for (const AxesEntry& each : {AxesEntry{"axes_world", "&World", ToolAxes::world},
                                 AxesEntry{"axes_own", "&Own, of the selection", ToolAxes::own},
                                 AxesEntry{"axes_parent", "&Parent's", ToolAxes::parent}})
-    kinds->addAction(actions.add(axes,
-                                 {each.name, each.text, "", "", trigger(each.name).c_str(), true},
-                                 change([a = each.axes](ToolSettings& t, bool) { t.axes = a; })));
+    kinds->addAction(
+        actions.add(axes, {each.name, each.text, "", "", trigger_line(each.name).c_str(), true},
+                    change([a = each.axes](ToolSettings& t, bool) { t.axes = a; })));
   axes->addSeparator();
   // Frames of the world shown, as they are when the menu opens.
   QObject::connect(axes, &QMenu::aboutToShow, &window, [&window, axes, desk] {
