@@ -227,6 +227,17 @@ TEST(Lights, AmbientLightIsThatOfTheSurroundings) {
   EXPECT_LT(dark.at({0.4, 0, 0}).brightness(), taken(floor_frame({})).at({0.4, 0, 0}).brightness());
 }
 
+TEST(Lights, AnyIntensityGivesAPicture) {
+  for (const Light::Kind kind : {Light::Kind::ambient, Light::Kind::point, Light::Kind::sun})
+    for (const double intensity : {1e3, 1e38, 1e300}) {
+      Light light = lamp(kind, {0, 0, 1});
+      light.intensity = intensity;
+      for (const Quality quality : {Quality::fast, Quality::quality})
+        EXPECT_GT(taken(floor_frame({light}), quality).at({0.4, 0.2, 0}).brightness(), 200)
+            << static_cast<int>(kind) << ", " << intensity;
+    }
+}
+
 TEST(Lights, WithoutAnyTheRenderersOwnStays) {
   Frame frame = floor_frame({});
   auto r = renderer_for(frame);

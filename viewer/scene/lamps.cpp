@@ -18,6 +18,14 @@ constexpr double kLampRadius = 0.0264;
 // Share of the studio's sky and floor beside lights of a scene, none of which is ambient.
 constexpr float kSurroundings = 0.5F;
 
+/// Beyond this everything that is lit is white, and far beyond it a float has no number.
+constexpr double kBrightest = 1e6;
+
+/// Of a light, 0 and more.
+float strength(const render::Light& light) {
+  return static_cast<float>(std::clamp(light.intensity, 0.0, kBrightest));
+}
+
 float brightness(const Lamp& l) { return std::max({l.colour[0], l.colour[1], l.colour[2]}); }
 
 osg::Vec4f four(const Vec3& v, double w) {
@@ -58,7 +66,7 @@ std::vector<Lamp> lamps_of(const std::vector<render::Light>& lights) {
       l.half_angle = std::clamp(light.angle, 0.001, 3.14159);
     const osg::Vec4f c = linear_of(light.colour);
     for (std::size_t i = 0; i < 3; ++i)
-      l.colour[i] = kOwn * static_cast<float>(light.intensity) * c[static_cast<int>(i)];
+      l.colour[i] = kOwn * strength(light) * c[static_cast<int>(i)];
     out.push_back(l);
   }
   std::stable_sort(out.begin(), out.end(),
@@ -73,7 +81,7 @@ osg::Vec3f surroundings_of(const std::vector<render::Light>& lights) {
     if (light.kind != render::Light::Kind::ambient || !std::isfinite(light.intensity)) continue;
     has_ambient = true;
     const osg::Vec4f c = linear_of(light.colour);
-    sum += osg::Vec3f(c[0], c[1], c[2]) * static_cast<float>(std::max(0.0, light.intensity));
+    sum += osg::Vec3f(c[0], c[1], c[2]) * strength(light);
   }
   if (has_ambient) return sum;
   const float share = lamps_of(lights).empty() ? 1 : kSurroundings;

@@ -6,6 +6,8 @@
 const kLight = unit([-0.25, -0.55, 0.9]);
 /// Lights that count, and the share of the sky where a scene has its own.
 const kMostLights = 8, kSurroundings = 0.5;
+/// Intensities beyond this are white on everything, and far beyond it no number of a shader.
+const kBrightest = 1e6;
 
 /// The lamps that the lights of a header stand for, the brightest first: `at` is a place, w = 1, or
 /// the direction towards the lamp, w = 0; `axis` is where a spot shines, w the cosine of half its
@@ -19,7 +21,7 @@ function lampsOf(lights) {
     return {
       at: kind === 'sun' ? [m[8], m[9], m[10], 0] : [m[12], m[13], m[14], 1],
       axis: [-m[8], -m[9], -m[10], kind === 'spot' ? Math.cos(angle) : -2],
-      colour: colour.map((c) => intensity * Math.pow(c, 2.2))};
+      colour: colour.map((c) => Math.min(intensity, kBrightest) * Math.pow(c, 2.2))};
   });
   const brightness = (lamp) => Math.max(...lamp.colour);
   return lamps.sort((a, b) => brightness(b) - brightness(a)).slice(0, kMostLights);
@@ -31,7 +33,8 @@ function surroundingsOf(lights) {
   const share = lights && lights.length ? kSurroundings : 1;
   if (!ambient.length) return [share, share, share];
   return [0, 1, 2].map((i) => ambient.reduce(
-    (sum, {colour, intensity}) => sum + intensity * Math.pow(colour[i], 2.2), 0));
+    (sum, {colour, intensity}) =>
+      sum + Math.min(intensity, kBrightest) * Math.pow(colour[i], 2.2), 0));
 }
 
 // The lamps in the shaders, and what of lamp i comes to a place: direction towards it, share.
